@@ -111,40 +111,6 @@ std::string gravity_line(const BulkStem& bulk) {
     return {};
 }
 
-} // namespace
-
-void leave_out(std::span<BulkStem> stems, std::span<const std::string> names) {
-    for (const std::string& name : names) {
-        std::vector<std::string> present;
-        bool is_found = false;
-        for (BulkStem& bulk : stems) {
-            for (const StoredEffect& effect : bulk.effects)
-                present.push_back(effect.name);
-            std::size_t removed = std::erase_if(
-                bulk.effects, [&](const auto& effect) { return effect.name == name; });
-            if (!bulk.added_masses.empty())
-                present.emplace_back("added_mass");
-            if (name == "added_mass") {
-                removed += bulk.added_masses.size();
-                bulk.added_masses.clear();
-            }
-            if (removed > 0)
-                bulk.left_out.push_back(name);
-            is_found = is_found || removed > 0;
-        }
-        if (is_found)
-            continue;
-        const std::string nearest = core::nearest_name(name, present);
-        throw core::InputError(
-            fmt::format("--without {}: not part of this calibration, which has {}{}", name,
-                        present.empty() ? "no effects and no added mass"
-                                        : fmt::format("{}", fmt::join(present, ", ")),
-                        nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
-    }
-}
-
-namespace {
-
 std::string liggghts_bond(const physics::StemParameters<double>& stem, int type, double damping) {
     return fmt::format("bond_coeff {} {:.9g} {:.9g} {:.9g} {:.9g} 1 {:.9g} 1 1.0e32 1.0e32\n", type,
                        stem.bond_outer_diameter / stem.sphere_diameter,
@@ -176,6 +142,36 @@ std::string bonds_of_other_masses(const BulkStem& bulk, const std::vector<double
 }
 
 } // namespace
+
+void leave_out(std::span<BulkStem> stems, std::span<const std::string> names) {
+    for (const std::string& name : names) {
+        std::vector<std::string> present;
+        bool is_found = false;
+        for (BulkStem& bulk : stems) {
+            for (const StoredEffect& effect : bulk.effects)
+                present.push_back(effect.name);
+            std::size_t removed = std::erase_if(
+                bulk.effects, [&](const auto& effect) { return effect.name == name; });
+            if (!bulk.added_masses.empty())
+                present.emplace_back("added_mass");
+            if (name == "added_mass") {
+                removed += bulk.added_masses.size();
+                bulk.added_masses.clear();
+            }
+            if (removed > 0)
+                bulk.left_out.push_back(name);
+            is_found = is_found || removed > 0;
+        }
+        if (is_found)
+            continue;
+        const std::string nearest = core::nearest_name(name, present);
+        throw core::InputError(
+            fmt::format("--without {}: not part of this calibration, which has {}{}", name,
+                        present.empty() ? "no effects and no added mass"
+                                        : fmt::format("{}", fmt::join(present, ", ")),
+                        nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
+    }
+}
 
 std::string liggghts_lines(const BulkStem& bulk, TypeNumbers& next) {
     require_law(bulk, "schramm2019", "the authors' code");

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <functional>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -51,12 +52,9 @@ void warn_outside(const char* name, double value, const reduce::PredictorRange& 
                                        name, value, unit, range.lowest, range.highest));
 }
 
-struct RowReading {
-    double height = 0.0;
-    reduce::RingDownAnalysis fit;
-};
-
-RowReading read_highest_row(const measure::Measurement& measurement, double window) {
+/// Height and fit of the highest row that can be fitted over the window.
+std::pair<double, reduce::RingDownAnalysis>
+read_highest_row(const measure::Measurement& measurement, double window) {
     reduce::RingDownAnalysisOptions options;
     options.window = window;
     std::string reason = "there are no rows";
@@ -83,10 +81,10 @@ StudyCalibration calibrate_by_study(const measure::Measurement& measurement,
                                     const StudyForCalibration& study) {
     StudyCalibration result;
     result.window = study.window.value_or(study.base.duration);
-    const RowReading row = read_highest_row(measurement, result.window);
-    result.height = row.height;
-    result.reading = {row.fit.decay_per_cycle.value, row.fit.frequency.value,
-                      row.fit.decay_per_cycle.standard_error, row.fit.frequency.standard_error};
+    const auto [height, fit] = read_highest_row(measurement, result.window);
+    result.height = height;
+    result.reading = {fit.decay_per_cycle.value, fit.frequency.value,
+                      fit.decay_per_cycle.standard_error, fit.frequency.standard_error};
     result.prediction = reduce::predict_stem(study.regression, result.reading);
 
     warn_outside("b2", result.reading.frequency, study.regression.frequency, " Hz",
@@ -102,7 +100,7 @@ StudyCalibration calibrate_by_study(const measure::Measurement& measurement,
         warn_outside("beta", damping->value, study.bond_damping, "", result.warnings);
     run::CaseSpec chain =
         fit::chain_of(measurement, {study.base.stem.sphere_count, study.base.law}).spec;
-    chain.tip_deflection = row.fit.largest_deflection;
+    chain.tip_deflection = fit.largest_deflection;
     if (const std::vector<std::string> texts = differences(chain, study.base); !texts.empty())
         result.warnings.push_back(fmt::format("the study {} is about ANOTHER STEM: {}; Y and beta "
                                               "by its regressions are not this stem's",

@@ -61,6 +61,20 @@ double processor_seconds() {
     return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
 }
 
+/// The command line of this process, quoted for a shell.
+std::string command_line() {
+    std::ifstream file("/proc/self/cmdline", std::ios::binary);
+    std::string text;
+    for (std::string word; std::getline(file, word, '\0');) {
+        if (text.empty())
+            word = fs::path(word).filename().string();
+        else
+            text += ' ';
+        text += cluster::shell_word(word);
+    }
+    return text;
+}
+
 /// Rounded to a millisecond.
 double rounded(double seconds) {
     return std::round(1e3 * seconds) / 1e3;
@@ -118,19 +132,6 @@ void run_python_program(const std::string& name, const std::vector<std::string>&
     throw core::StorageError(fmt::format("{}: cannot be run: {}; {} (the variable CULM_PYTHON "
                                          "names another Python)",
                                          words.front(), std::strerror(errno), needs));
-}
-
-std::string command_line() {
-    std::ifstream file("/proc/self/cmdline", std::ios::binary);
-    std::string text;
-    for (std::string word; std::getline(file, word, '\0');) {
-        if (text.empty())
-            word = fs::path(word).filename().string();
-        else
-            text += ' ';
-        text += cluster::shell_word(word);
-    }
-    return text;
 }
 
 std::vector<fs::path> measurement_files(const std::vector<fs::path>& folders) {

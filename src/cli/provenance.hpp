@@ -36,9 +36,6 @@ namespace culm::cli {
                                      const std::vector<std::string>& arguments,
                                      const std::string& needs);
 
-/// The command line of this process, quoted for a shell.
-[[nodiscard]] std::string command_line();
-
 /// stem.toml and deflection.csv of every folder, and uncertainty.csv if it exists.
 [[nodiscard]] std::vector<std::filesystem::path>
 measurement_files(const std::vector<std::filesystem::path>& folders);

@@ -69,31 +69,6 @@ bool read_all(int pipe, Clock::time_point deadline, std::string& text) {
     return false;
 }
 
-} // namespace
-
-std::string program_output(const std::vector<std::string>& words,
-                           std::chrono::milliseconds patience) {
-    std::array<int, 2> ends{};
-    if (words.empty() || ::pipe2(ends.data(), O_CLOEXEC) != 0)
-        return "";
-    const ::pid_t process = start(words, ends[1]);
-    ::close(ends[1]);
-    std::string text;
-    const bool is_whole = process > 0 && read_all(ends[0], Clock::now() + patience, text);
-    ::close(ends[0]);
-    if (process <= 0)
-        return "";
-    // A busy controller may not answer for minutes; culm then computes without its answer.
-    if (!is_whole)
-        ::kill(process, SIGKILL);
-    int status = 0;
-    while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
-    }
-    return is_whole && WIFEXITED(status) && WEXITSTATUS(status) == 0 ? text : "";
-}
-
-namespace {
-
 /// Whether the text consists of digits only, like job numbers and times in seconds.
 bool is_number(const std::string& text) {
     return !text.empty() && text.size() <= 18 &&
@@ -141,12 +116,28 @@ double age_of_session() {
     return start > 0.0 ? std::max(0.0, uptime - start / ticks_per_second) : 0.0;
 }
 
-double seconds_since_1970() {
-    return std::chrono::duration<double>(std::chrono::system_clock::now().time_since_epoch())
-        .count();
-}
-
 } // namespace
+
+std::string program_output(const std::vector<std::string>& words,
+                           std::chrono::milliseconds patience) {
+    std::array<int, 2> ends{};
+    if (words.empty() || ::pipe2(ends.data(), O_CLOEXEC) != 0)
+        return "";
+    const ::pid_t process = start(words, ends[1]);
+    ::close(ends[1]);
+    std::string text;
+    const bool is_whole = process > 0 && read_all(ends[0], Clock::now() + patience, text);
+    ::close(ends[0]);
+    if (process <= 0)
+        return "";
+    // A busy controller may not answer for minutes; culm then computes without its answer.
+    if (!is_whole)
+        ::kill(process, SIGKILL);
+    int status = 0;
+    while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
+    }
+    return is_whole && WIFEXITED(status) && WEXITSTATUS(status) == 0 ? text : "";
+}
 
 BatchSystemAccess real_batch_system() {
     return {[](const std::string& name) {
@@ -156,7 +147,11 @@ BatchSystemAccess real_batch_system() {
             [](const std::vector<std::string>& words) {
                 return program_output(words, std::chrono::seconds(10));
             },
-            seconds_since_1970, age_of_session};
+            [] {
+                const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
+                return std::chrono::duration<double>(since_1970).count();
+            },
+            age_of_session};
 }
 
 std::optional<TimeLeft> time_left_of_job(const BatchSystemAccess& access) {

@@ -57,44 +57,6 @@ std::int64_t expected_jobs(const JobSize& size) {
     return static_cast<std::int64_t>(std::ceil(size.compute_s / without_gap));
 }
 
-double in_whole_minutes(double seconds) {
-    return 60.0 * std::ceil(seconds / 60.0);
-}
-
-} // namespace
-
-JobSize size_job(const std::vector<farm::Batch>& batches, const farm::Pace& pace,
-                 const JobRequest& request) {
-    JobSize size;
-    size.pace_is_learned = pace.is_known();
-    std::vector<double> costs;
-    for (const farm::Batch& batch : batches)
-        costs.push_back(batch.cost);
-    const double seconds_per_cost = pace.is_known() ? pace.mean() : 1.0;
-    size.core_seconds = std::accumulate(costs.begin(), costs.end(), 0.0) * seconds_per_cost;
-    const double most =
-        std::min({double(batches.size()), std::ceil(size.core_seconds / least_work_of_a_rank_s),
-                  double(request.nodes) * request.ranks_per_node});
-    size.ranks = std::max(1, static_cast<int>(most));
-    size.nodes = (size.ranks + request.ranks_per_node - 1) / request.ranks_per_node;
-    size.longest_batch_s =
-        costs.empty() ? 0.0 : std::ranges::max(costs) * (pace.is_known() ? pace.cautious() : 1.0);
-    size.compute_s = std::max(makespan(costs, size.ranks) * seconds_per_cost, size.longest_batch_s);
-    const double allowance =
-        pace.is_known() ? allowance_for_learned_pace : allowance_for_unknown_machine;
-    size.walltime_s = request.walltime_s.value_or(in_whole_minutes(
-        std::max(shortest_walltime_s, start_and_end_s + allowance * size.compute_s)));
-    if (size.longest_batch_s >= size.walltime_s)
-        throw core::InputError(fmt::format(
-            "--walltime: {} is too short: the longest points of this study take about {} ({})",
-            walltime_text(size.walltime_s), walltime_text(size.longest_batch_s),
-            pace.is_known() ? "at the pace of its runs so far" : "on the reference machine"));
-    size.jobs = expected_jobs(size);
-    return size;
-}
-
-namespace {
-
 bool is_letter_or_digit(char c) {
     return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
 }
@@ -173,6 +135,37 @@ std::string pbs_directives(const JobText& text, const JobSize& size) {
 }
 
 } // namespace
+
+JobSize size_job(const std::vector<farm::Batch>& batches, const farm::Pace& pace,
+                 const JobRequest& request) {
+    JobSize size;
+    size.pace_is_learned = pace.is_known();
+    std::vector<double> costs;
+    for (const farm::Batch& batch : batches)
+        costs.push_back(batch.cost);
+    const double seconds_per_cost = pace.is_known() ? pace.mean() : 1.0;
+    size.core_seconds = std::accumulate(costs.begin(), costs.end(), 0.0) * seconds_per_cost;
+    const double most =
+        std::min({double(batches.size()), std::ceil(size.core_seconds / least_work_of_a_rank_s),
+                  double(request.nodes) * request.ranks_per_node});
+    size.ranks = std::max(1, static_cast<int>(most));
+    size.nodes = (size.ranks + request.ranks_per_node - 1) / request.ranks_per_node;
+    size.longest_batch_s =
+        costs.empty() ? 0.0 : std::ranges::max(costs) * (pace.is_known() ? pace.cautious() : 1.0);
+    size.compute_s = std::max(makespan(costs, size.ranks) * seconds_per_cost, size.longest_batch_s);
+    const double allowance =
+        pace.is_known() ? allowance_for_learned_pace : allowance_for_unknown_machine;
+    const double wanted =
+        std::max(shortest_walltime_s, start_and_end_s + allowance * size.compute_s);
+    size.walltime_s = request.walltime_s.value_or(60.0 * std::ceil(wanted / 60.0));
+    if (size.longest_batch_s >= size.walltime_s)
+        throw core::InputError(fmt::format(
+            "--walltime: {} is too short: the longest points of this study take about {} ({})",
+            walltime_text(size.walltime_s), walltime_text(size.longest_batch_s),
+            pace.is_known() ? "at the pace of its runs so far" : "on the reference machine"));
+    size.jobs = expected_jobs(size);
+    return size;
+}
 
 std::string size_text(const JobSize& size, std::int64_t points) {
     return fmt::format(

@@ -30,20 +30,16 @@ json bare_estimate(const reduce::Estimate& found, double scale = 1.0) {
             {"stderr", number(scale * found.standard_error)}};
 }
 
-/// Includes the residual over noise, which is comparable between heights and times.
-json group_json(const fit::ResidualGroup& found) {
-    return {{"readings", found.readings},
-            {"rms_mm", number(millimetres * found.rms)},
-            {"mean_mm", number(millimetres * found.mean)},
-            {"rms_over_noise", number(found.over_noise)}};
-}
-
-/// `lower` and `upper` are keys; heights have no upper end.
+/// Includes the residual over noise, which is comparable between heights and times. `lower` and
+/// `upper` are keys; heights have no upper end.
 json groups_json(const std::vector<fit::ResidualGroup>& found, const char* lower, const char* upper,
                  double scale) {
     return array_of(found, [=](const fit::ResidualGroup& each) {
-        json out = group_json(each);
-        out[lower] = number(scale * each.lower);
+        json out{{"readings", each.readings},
+                 {"rms_mm", number(millimetres * each.rms)},
+                 {"mean_mm", number(millimetres * each.mean)},
+                 {"rms_over_noise", number(each.over_noise)},
+                 {lower, number(scale * each.lower)}};
         if (*upper != '\0')
             out[upper] = number(scale * each.upper);
         return out;

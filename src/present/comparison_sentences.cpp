@@ -27,10 +27,6 @@ constexpr double standard_errors = 3.0;         ///< of a difference that is men
 constexpr double explained_by_noise = 1.1;      ///< residual over noise
 constexpr double smallest_swing = 3.0;          ///< amplitude over noise; below, the swing is over
 
-std::string p_in_words(double p_value) {
-    return p_value < 1e-12 ? "p < 1e-12" : fmt::format("p = {:.2g}", p_value);
-}
-
 std::string whether_it_fits(const Comparison& comparison) {
     const diagnose::Verdict& verdict = comparison.verdict;
     const measure::ReadingUnit& unit = comparison.unit;
@@ -42,7 +38,8 @@ std::string whether_it_fits(const Comparison& comparison) {
     if (verdict.finding == Finding::Undecided)
         return fmt::format("Undecided: {}.", verdict.reason);
     return fmt::format("The model is {}: {} ({}).", finding_text(verdict.finding), sizes,
-                       p_in_words(verdict.p_value));
+                       verdict.p_value < 1e-12 ? "p < 1e-12"
+                                               : fmt::format("p = {:.2g}", verdict.p_value));
 }
 
 std::string where_it_fails(const Comparison& comparison) {
@@ -115,13 +112,12 @@ std::string amplitude_words(const ResidualStructure& structure) {
                           : "amplitude error: the model's amplitude is" + thirds;
 }
 
-bool is_swing(const residuals::WindowFit& found) {
-    return std::abs(found.decay_per_cycle.value) < fastest_decay;
-}
-
 /// The first and the last window in which both sides are known well enough to be quoted.
 std::optional<std::pair<SwingWindow, SwingWindow>>
 well_known_windows(const std::vector<SwingWindow>& windows) {
+    const auto is_swing = [](const residuals::WindowFit& found) {
+        return std::abs(found.decay_per_cycle.value) < fastest_decay;
+    };
     std::vector<SwingWindow> known;
     for (const SwingWindow& window : windows)
         if (window.measured && window.modelled && is_swing(*window.measured) &&
@@ -201,20 +197,18 @@ std::string what_it_is(const Comparison& comparison) {
         double share;
         std::string words;
     };
-    const std::array<Part, 5> parts{
+    std::array<Part, 5> parts{
         Part{structure.amplitude_share, amplitude_words(structure) + decay_words(comparison)},
         Part{structure.phase_share, phase_words(comparison)},
         Part{structure.rest_share, rest_words(comparison)},
         Part{structure.other_motion_share,
              "motion with the shape of the swing but another frequency"},
         Part{structure.other_shape_share, shape_words(comparison)}};
-    std::array<std::size_t, 5> order{0, 1, 2, 3, 4};
-    std::ranges::stable_sort(order, std::greater{}, [&](std::size_t k) { return parts[k].share; });
-    std::string text = fmt::format("{:.0f} % of the remaining misfit is {}",
-                                   100.0 * parts[order[0]].share, parts[order[0]].words);
-    if (parts[order[1]].share > 0.2)
-        text += fmt::format(". Another {:.0f} % is {}", 100.0 * parts[order[1]].share,
-                            parts[order[1]].words);
+    std::ranges::stable_sort(parts, std::greater{}, &Part::share);
+    std::string text = fmt::format("{:.0f} % of the remaining misfit is {}", 100.0 * parts[0].share,
+                                   parts[0].words);
+    if (parts[1].share > 0.2)
+        text += fmt::format(". Another {:.0f} % is {}", 100.0 * parts[1].share, parts[1].words);
     return text + ".";
 }
 

@@ -65,18 +65,15 @@ std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size
                        finding_text(verdict.finding, style));
 }
 
-/// The unit of the readings.
-std::string_view unit_of(const diagnose::Ladder& ladder) {
-    for (std::size_t k = 0; k < ladder.models.size(); ++k)
-        if (!ladder.models[k].fit.failed())
-            return comparison_of(ladder, k).unit.name;
-    return measure::ReadingUnit{}.name;
-}
-
 std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style) {
     constexpr std::size_t width = 22;
+    const auto first =
+        std::ranges::find_if(ladder.comparison, &std::optional<std::size_t>::has_value);
+    const std::string_view unit = first == ladder.comparison.end()
+                                      ? measure::ReadingUnit{}.name
+                                      : ladder.comparisons[**first].unit.name;
     std::string text = fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13}  {}\n", "model", width,
-                                   fmt::format("rms {}", unit_of(ladder)), "/noise", "red. chi2*",
+                                   fmt::format("rms {}", unit), "/noise", "red. chi2*",
                                    "log evidence*", "verdict*");
     for (std::size_t k = 0; k < ladder.models.size(); ++k)
         text += ladder_line(ladder, k, width, style);

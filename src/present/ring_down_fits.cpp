@@ -68,17 +68,17 @@ json line_json(const reduce::LineFit& line) {
             {"p_value", number(line.p_value)}};
 }
 
-json stem_json(const reduce::StemRingDowns& stem, const std::string& folder, bool has_offset,
-               bool has_phase) {
+json stem_json(const FitReport& report, std::size_t i) {
+    const reduce::StemRingDowns& stem = report.stems[i];
     const auto one_height = [&](const reduce::HeightRingDown& height) {
-        return height_json(height, has_offset, has_phase);
+        return height_json(height, report.has_offset[i], report.options.has_phase);
     };
     json out{{"measurement", stem.id},
-             {"folder", folder},
+             {"folder", report.folders[i]},
              {"length_mm", 1e3 * stem.length},
              {"aspect_ratio", number(stem.aspect_ratio)},
              {"largest_deflection_mm", number(1e3 * stem.largest_deflection)},
-             {"has_offset", has_offset},
+             {"has_offset", bool(report.has_offset[i])},
              {"adequate_heights", stem.adequate_heights},
              {"heights", array_of(stem.heights, one_height)}};
     if (!stem.frequency || !stem.decay_per_cycle)
@@ -240,10 +240,7 @@ std::string advice(const FitReport& report) {
 } // namespace
 
 json fit_json(const FitReport& report) {
-    const auto one_stem = [&report](std::size_t i) {
-        return stem_json(report.stems[i], report.folders[i], report.has_offset[i],
-                         report.options.has_phase);
-    };
+    const auto one_stem = [&report](std::size_t i) { return stem_json(report, i); };
     return {{"format", "culm-fit"},
             {"version", 1},
             {"model",

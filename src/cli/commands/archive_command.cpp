@@ -4,7 +4,7 @@
 #include "cli/commands.hpp"
 #include "cli/provenance.hpp"
 #include "present/files.hpp"
-#include "present/study/archive.hpp"
+#include "present/study/study.hpp"
 #include "study/execute/assemble.hpp"
 #include "study/execute/folder_state.hpp"
 #include "study/summary/archive_export.hpp"

@@ -33,13 +33,6 @@ struct CompareArguments : RecordingArguments {
     std::string ladder;
 };
 
-fit::FitOptions fit_options(const CompareArguments& arguments) {
-    fit::FitOptions options;
-    options.chain = chain_options(arguments);
-    options.window = arguments.window_s;
-    return options;
-}
-
 std::vector<fs::path> comparison_inputs(const fs::path& folder, const CompareArguments& arguments) {
     std::vector<fs::path> inputs = measurement_files({folder});
     for (const std::string& effects : arguments.with)
@@ -115,7 +108,9 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
                            const std::vector<fit::SelectedEffects>& models) {
     const measure::Measurement measurement = measure::read_measurement(folder);
     const RunProvenance provenance(comparison_inputs(folder, arguments), nullptr);
-    const fit::FitOptions options = fit_options(arguments);
+    fit::FitOptions options;
+    options.chain = chain_options(arguments);
+    options.window = arguments.window_s;
     const diagnose::Ladder ladder = diagnose::climb(measurement, models, options);
     const json document = ladder_document(arguments, folder, ladder, measurement, provenance);
     write_results(arguments, {&measurement, 1}, "comparison.json", document);

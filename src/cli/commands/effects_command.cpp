@@ -30,10 +30,6 @@ std::string labelled(const std::string& label, const std::string& text) {
     return present::wrapped(fmt::format("{:<12}", label), text, present::text_width);
 }
 
-std::string unit_of(const EffectParameter& parameter) {
-    return parameter.unit.empty() ? "" : " " + parameter.unit;
-}
-
 std::string how_fitted(const EffectParameter& parameter) {
     if (!parameter.calibrated)
         return "known, not fitted";
@@ -43,9 +39,9 @@ std::string how_fitted(const EffectParameter& parameter) {
 }
 
 std::string parameter_text(const EffectParameter& parameter) {
-    return fmt::format("{} = {}{} ({} to {}; {})\n{}", parameter.name, parameter.default_value,
-                       unit_of(parameter), parameter.lower, parameter.upper, how_fitted(parameter),
-                       labelled("", parameter.meaning));
+    return fmt::format("{} = {}{}{} ({} to {}; {})\n{}", parameter.name, parameter.default_value,
+                       parameter.unit.empty() ? "" : " ", parameter.unit, parameter.lower,
+                       parameter.upper, how_fitted(parameter), labelled("", parameter.meaning));
 }
 
 std::string markdown_parameters(const physics::Effect& effect) {

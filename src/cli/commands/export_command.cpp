@@ -60,14 +60,13 @@ calibrate::BulkStem bulk_stem(const json& stem) {
     return bulk;
 }
 
-/// The calibrated stems of a file's text, or only the one with the id (empty: all). Throws
+/// The calibrated stems of a file, or only the one with the id (empty: all). Throws
 /// core::InputError if the file is not a calibration or has no such stem.
-std::vector<calibrate::BulkStem> bulk_stems(const std::string& text, const std::string& file,
-                                            const std::string& id) {
+std::vector<calibrate::BulkStem> bulk_stems(const std::string& file, const std::string& id) {
     std::vector<calibrate::BulkStem> stems;
     std::vector<std::string> names;
     try {
-        const json document = json::parse(text);
+        const json document = json::parse(core::file_text(file));
         if (document.at("format") != "culm-calibration")
             throw core::InputError(
                 fmt::format("{}: format = {}; `culm calibrate --json` writes \"culm-calibration\"",
@@ -98,9 +97,7 @@ std::vector<calibrate::BulkStem> bulk_stems(const std::string& text, const std::
 }
 
 void export_lines(const BulkExportArguments& arguments) {
-    const std::string text = core::file_text(arguments.calibration);
-    std::vector<calibrate::BulkStem> stems =
-        bulk_stems(text, arguments.calibration, arguments.stem);
+    std::vector<calibrate::BulkStem> stems = bulk_stems(arguments.calibration, arguments.stem);
     calibrate::leave_out(stems, arguments.without);
     std::string lines;
     calibrate::TypeNumbers next;

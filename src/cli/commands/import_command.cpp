@@ -32,25 +32,20 @@ std::string time_gaps_text(const measure::TimeGaps& gaps) {
                                          gaps.begin_of_longest);
 }
 
-/// Writes the recording as a table into the output folder, and imports that.
-[[noreturn]] void convert(const std::filesystem::path& recording,
-                          const ImportArguments& arguments) {
-    const std::string table = (std::filesystem::path(arguments.output) / "recording.csv").string();
-    run_python_program("recording_table.py",
-                       {recording.string(), "--output", table, "--then", own_program().string(),
-                        "import", arguments.mapping, "--recording", table, "--output",
-                        arguments.output},
-                       "it converts this recording to a table");
-}
-
 void import_measurement(const ImportArguments& arguments) {
     if (!arguments.mapping.ends_with(".toml"))
         run_python_program("propose_import.py", {arguments.mapping, "--output", arguments.output},
                            "it proposes a mapping for a recording");
     const measure::ImportMapping mapping =
         measure::read_import_mapping(arguments.mapping, arguments.recording);
-    if (measure::needs_conversion(mapping.source))
-        convert(mapping.source, arguments);
+    if (measure::needs_conversion(mapping.source)) { // to a table, which is then imported
+        const auto table = (std::filesystem::path(arguments.output) / "recording.csv").string();
+        run_python_program("recording_table.py",
+                           {mapping.source.string(), "--output", table, "--then",
+                            own_program().string(), "import", arguments.mapping, "--recording",
+                            table, "--output", arguments.output},
+                           "it converts this recording to a table");
+    }
     const measure::Measurement measurement = measure::import_recording(mapping);
     measure::write_measurement(arguments.output, measurement);
     for (const std::string& remark : measurement.remarks)

@@ -37,13 +37,6 @@ std::string key_value(const ConfigKey& key) {
     return key.default_text.empty() ? text : text + "; default " + key.default_text;
 }
 
-/// The key's description, without the Markdown backticks around names of other keys.
-std::string key_meaning(const ConfigKey& key) {
-    std::string text = key.meaning;
-    std::erase(text, '`');
-    return text;
-}
-
 /// The fixed part of a section's name: "factors" of "factors.<parameter>".
 std::string spoken(const std::string& section) {
     return section.substr(0, section.find(".<"));
@@ -67,9 +60,11 @@ bool is_named(const ConfigKey& key, const std::string& name) {
 std::string card(const ConfigKey& key) {
     constexpr std::size_t indent = 4;
     const std::string margin(indent, ' ');
+    std::string meaning = key.meaning;
+    std::erase(meaning, '`'); // of Markdown, around names of other keys
     return fmt::format("{}\n{}{}", key.key,
                        present::wrapped(margin, key_value(key), present::text_width - indent),
-                       present::wrapped(margin, key_meaning(key), present::text_width - indent));
+                       present::wrapped(margin, meaning, present::text_width - indent));
 }
 
 /// Every table with the names of its keys.

@@ -63,10 +63,6 @@ std::optional<cluster::TimeLeft> time_left(const std::string& walltime,
                              "--walltime"};
 }
 
-double reserve(double seconds) {
-    return std::clamp(seconds / 50.0, 1.0, 60.0);
-}
-
 /// The limit `walltime`, counted from `start`; if it is empty, rank 0 asks the batch system. A
 /// fiftieth of the time, at least 1 s and at most 60 s, is reserved for an orderly end. Nothing if
 /// there is no limit. Throws core::InputError on every rank. Collective.
@@ -81,7 +77,7 @@ std::optional<RunDeadline> run_deadline(const std::string& walltime, farm::Clock
     if (!answer)
         return std::nullopt;
     const auto& [left, source] = *answer;
-    const double usable = std::max(0.0, left - reserve(left));
+    const double usable = std::max(0.0, left - std::clamp(left / 50.0, 1.0, 60.0));
     return RunDeadline{farm::Clock::now() + std::chrono::duration_cast<farm::Clock::duration>(
                                                 std::chrono::duration<double>(usable)),
                        fmt::format("this run ends within {} ({}); {} of that may be computed",

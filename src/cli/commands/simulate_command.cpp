@@ -37,13 +37,8 @@ struct Candidate {
     double bond_damping = 0.0;
 };
 
-struct Simulated {
-    Candidate candidate;
-    std::string law; ///< of the bonds' damping
-    reduce::RingDownFit fit;
-};
-
-Simulated simulate_candidate(const study::StudyConfig& config, const Candidate& candidate) {
+reduce::RingDownFit simulate_candidate(const study::StudyConfig& config,
+                                       const Candidate& candidate) {
     run::CaseSpec spec = config.base;
     spec.stem.bond_youngs_modulus = candidate.youngs_modulus;
     spec.stem.bond_damping = candidate.bond_damping;
@@ -51,9 +46,8 @@ Simulated simulate_candidate(const study::StudyConfig& config, const Candidate& 
     if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
         throw core::NumericalError(failure->kind, failure->reason);
     const auto& result = std::get<run::CaseResult>(outcome);
-    return {candidate, physics::law_name(spec.law),
-            reduce::fit_ring_down(study::sample_times(spec), result.tip_deflection,
-                                  study::fit_options(config.reduce))};
+    return reduce::fit_ring_down(study::sample_times(spec), result.tip_deflection,
+                                 study::fit_options(config.reduce));
 }
 
 /// Y and β from the regressions of a study: from the paper's laws, and from the terms that the
@@ -86,27 +80,28 @@ std::vector<Candidate> calibrated(const study::ArchivedStudy& archived,
     return candidates;
 }
 
-nlohmann::json to_json(const Simulated& simulated, const SimulateArguments& arguments) {
-    nlohmann::json json{{"parameters_from", simulated.candidate.name},
-                        {"bond_youngs_modulus_pa", simulated.candidate.youngs_modulus},
-                        {"bond_damping", simulated.candidate.bond_damping},
-                        {"frequency_hz", simulated.fit.frequency},
-                        {"decay_per_cycle", simulated.fit.decay_per_cycle},
-                        {"amplitude", simulated.fit.amplitude},
-                        {"rms_residual", simulated.fit.rms_residual}};
+nlohmann::json to_json(const Candidate& candidate, const reduce::RingDownFit& fit,
+                       const SimulateArguments& arguments) {
+    nlohmann::json json{{"parameters_from", candidate.name},
+                        {"bond_youngs_modulus_pa", candidate.youngs_modulus},
+                        {"bond_damping", candidate.bond_damping},
+                        {"frequency_hz", fit.frequency},
+                        {"decay_per_cycle", fit.decay_per_cycle},
+                        {"amplitude", fit.amplitude},
+                        {"rms_residual", fit.rms_residual}};
     if (arguments.frequency_hz)
-        json["frequency_error_percent"] =
-            100.0 * (simulated.fit.frequency / *arguments.frequency_hz - 1.0);
+        json["frequency_error_percent"] = 100.0 * (fit.frequency / *arguments.frequency_hz - 1.0);
     if (arguments.decay_per_cycle)
         json["decay_error_percent"] =
-            100.0 * (simulated.fit.decay_per_cycle / *arguments.decay_per_cycle - 1.0);
+            100.0 * (fit.decay_per_cycle / *arguments.decay_per_cycle - 1.0);
     return json;
 }
 
-void print(const Simulated& simulated, const SimulateArguments& arguments) {
-    fmt::print("{}: Y = {:.4f} GPa, beta = {:.3f} (law {})\n", simulated.candidate.name,
-               simulated.candidate.youngs_modulus * 1e-9, simulated.candidate.bond_damping,
-               simulated.law);
+/// `law` is the name of that of the bonds' damping.
+void print(const Candidate& candidate, const reduce::RingDownFit& fit, const std::string& law,
+           const SimulateArguments& arguments) {
+    fmt::print("{}: Y = {:.4f} GPa, beta = {:.3f} (law {})\n", candidate.name,
+               candidate.youngs_modulus * 1e-9, candidate.bond_damping, law);
     const auto line = [](const char* name, double value, const char* unit,
                          const std::optional<double>& wanted) {
         fmt::print("    {:<22} {:>10.5g} {}", name, value, unit);
@@ -115,10 +110,10 @@ void print(const Simulated& simulated, const SimulateArguments& arguments) {
                        100.0 * (value / *wanted - 1.0));
         fmt::print("\n");
     };
-    line("b2 (frequency)", simulated.fit.frequency, "Hz", arguments.frequency_hz);
-    line("b1 (decay per cycle)", simulated.fit.decay_per_cycle, "  ", arguments.decay_per_cycle);
+    line("b2 (frequency)", fit.frequency, "Hz", arguments.frequency_hz);
+    line("b1 (decay per cycle)", fit.decay_per_cycle, "  ", arguments.decay_per_cycle);
     fmt::print("    Eq. 1 leaves {:.2f} % of the tip's deflection (rms)\n",
-               100.0 * simulated.fit.rms_residual);
+               100.0 * fit.rms_residual);
 }
 
 void refuse_incomplete(const SimulateArguments& arguments) {
@@ -150,10 +145,10 @@ void simulate(const SimulateArguments& arguments) {
     }
     nlohmann::json json = nlohmann::json::array();
     for (const Candidate& candidate : candidates) {
-        const Simulated simulated = simulate_candidate(config, candidate);
+        const reduce::RingDownFit fit = simulate_candidate(config, candidate);
         if (arguments.json != "-")
-            print(simulated, arguments);
-        json.push_back(to_json(simulated, arguments));
+            print(candidate, fit, physics::law_name(config.base.law), arguments);
+        json.push_back(to_json(candidate, fit, arguments));
     }
     if (!arguments.json.empty())
         present::write_json(arguments.json, json);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "present/study/archive.hpp"
-
 #include "present/files.hpp"
+#include "present/study/study.hpp"
 #include "present/text.hpp"
 #include "study/execute/folder_state.hpp"
 
@@ -115,6 +114,62 @@ std::string damage_text(const study::JournalState& journal) {
                        scan.corrupt_records);
 }
 
+using nlohmann::ordered_json;
+
+ordered_json column_json(const archive::Column& column) {
+    return {{"name", column.name}, {"unit", column.unit}};
+}
+
+ordered_json damaged_json(const archive::DamagedDataset& dataset) {
+    return {{"dataset", dataset.name},
+            {"damaged_chunks", dataset.damaged_chunks},
+            {"chunks", dataset.chunks},
+            {"reason", dataset.reason}};
+}
+
+ordered_json pairs_json(const std::vector<std::pair<std::string, std::string>>& entries) {
+    ordered_json object = ordered_json::object();
+    for (const auto& [name, text] : entries)
+        object[name] = text;
+    return object;
+}
+
+ordered_json archive_json(const FolderState& state) {
+    ordered_json json = {{"bytes", state.archive_bytes}};
+    if (state.archive) {
+        const archive::StudyDescription& description = *state.archive;
+        json["culm"] = description.version;
+        json["factors"] = array_of<ordered_json>(description.factors, column_json);
+        json["results"] = array_of<ordered_json>(description.results, column_json);
+        json["stored"] = {{"tip", description.stored.tip},
+                          {"heights", description.stored.heights},
+                          {"positions", description.stored.positions}};
+        json["samples"] = description.times.size();
+        json["heights_m"] = description.heights;
+        json["spheres"] = description.spheres;
+        json["provenance"] = pairs_json(description.provenance);
+    }
+    if (state.verification) {
+        json["datasets"] = state.verification->datasets;
+        json["chunks"] = state.verification->chunks;
+        json["damaged"] = array_of<ordered_json>(state.verification->damaged, damaged_json);
+    }
+    return json;
+}
+
+ordered_json journal_json(const study::JournalState& journal) {
+    const archive::JournalScan& scan = journal.scan;
+    return {{"file", scan.file},
+            {"bytes", scan.size},
+            {"outcomes", scan.entries.size()},
+            {"is_written_now", journal.is_locked},
+            {"age_s", journal.age_s},
+            {"torn_tail_bytes", scan.torn_tail_bytes},
+            {"skipped_bytes", scan.skipped_bytes},
+            {"damaged_regions", scan.damaged_regions},
+            {"corrupt_records", scan.corrupt_records}};
+}
+
 } // namespace
 
 std::string ranges_text(const std::vector<std::int64_t>& points, std::size_t most) {
@@ -211,66 +266,6 @@ std::string verify_text(const FolderState& state) {
     return text + unfinished_text(state) +
            fmt::format("{}\n", state.is_whole() ? "whole" : "INCOMPLETE");
 }
-
-namespace {
-
-using nlohmann::ordered_json;
-
-ordered_json column_json(const archive::Column& column) {
-    return {{"name", column.name}, {"unit", column.unit}};
-}
-
-ordered_json damaged_json(const archive::DamagedDataset& dataset) {
-    return {{"dataset", dataset.name},
-            {"damaged_chunks", dataset.damaged_chunks},
-            {"chunks", dataset.chunks},
-            {"reason", dataset.reason}};
-}
-
-ordered_json pairs_json(const std::vector<std::pair<std::string, std::string>>& entries) {
-    ordered_json object = ordered_json::object();
-    for (const auto& [name, text] : entries)
-        object[name] = text;
-    return object;
-}
-
-ordered_json archive_json(const FolderState& state) {
-    ordered_json json = {{"bytes", state.archive_bytes}};
-    if (state.archive) {
-        const archive::StudyDescription& description = *state.archive;
-        json["culm"] = description.version;
-        json["factors"] = array_of<ordered_json>(description.factors, column_json);
-        json["results"] = array_of<ordered_json>(description.results, column_json);
-        json["stored"] = {{"tip", description.stored.tip},
-                          {"heights", description.stored.heights},
-                          {"positions", description.stored.positions}};
-        json["samples"] = description.times.size();
-        json["heights_m"] = description.heights;
-        json["spheres"] = description.spheres;
-        json["provenance"] = pairs_json(description.provenance);
-    }
-    if (state.verification) {
-        json["datasets"] = state.verification->datasets;
-        json["chunks"] = state.verification->chunks;
-        json["damaged"] = array_of<ordered_json>(state.verification->damaged, damaged_json);
-    }
-    return json;
-}
-
-ordered_json journal_json(const study::JournalState& journal) {
-    const archive::JournalScan& scan = journal.scan;
-    return {{"file", scan.file},
-            {"bytes", scan.size},
-            {"outcomes", scan.entries.size()},
-            {"is_written_now", journal.is_locked},
-            {"age_s", journal.age_s},
-            {"torn_tail_bytes", scan.torn_tail_bytes},
-            {"skipped_bytes", scan.skipped_bytes},
-            {"damaged_regions", scan.damaged_regions},
-            {"corrupt_records", scan.corrupt_records}};
-}
-
-} // namespace
 
 ordered_json to_json(const FolderState& state) {
     ordered_json json;

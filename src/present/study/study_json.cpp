@@ -10,7 +10,7 @@
 #include <functional>
 #include <vector>
 
-#include <fmt/ostream.h>
+#include <fmt/format.h>
 
 namespace culm::present {
 namespace {
@@ -210,29 +210,46 @@ json errors_at_json(const TimestepSummary& summary, std::size_t k) {
             {"predicted_frequency_error", of_step(&StepResult::predicted_frequency_error)}};
 }
 
-void write_limits(std::ostream& csv, const TimestepSummary& summary) {
-    fmt::print(csv, "point,bond_youngs_modulus_pa,bond_damping,stable_s,unstable_s,transverse_s,"
-                    "axial_s,rule_s\n");
+std::string limits_csv(const TimestepSummary& summary) {
+    std::string csv = "point,bond_youngs_modulus_pa,bond_damping,stable_s,unstable_s,transverse_s,"
+                      "axial_s,rule_s\n";
     for (const TimestepStem& stem : summary.stems)
-        fmt::print(csv, "{},{},{},{},{},{},{},{}\n", stem.point, stem.youngs_modulus,
-                   stem.bond_damping, stem.stable, stem.unstable, stem.transverse, stem.axial,
-                   stem.rule);
+        csv += fmt::format("{},{},{},{},{},{},{},{}\n", stem.point, stem.youngs_modulus,
+                           stem.bond_damping, stem.stable, stem.unstable, stem.transverse,
+                           stem.axial, stem.rule);
+    return csv;
 }
 
-void write_step_errors(std::ostream& csv, const TimestepSummary& summary) {
+std::string step_errors_csv(const TimestepSummary& summary) {
     constexpr const char* outcomes[] = {"fitted", "unstable", "no_fit"};
-    fmt::print(csv, "point,bond_youngs_modulus_pa,bond_damping,fraction,timestep_s,outcome,"
-                    "decay_per_cycle,frequency_hz,decay_error,frequency_error,"
-                    "predicted_decay_error,predicted_frequency_error\n");
+    std::string csv = "point,bond_youngs_modulus_pa,bond_damping,fraction,timestep_s,outcome,"
+                      "decay_per_cycle,frequency_hz,decay_error,frequency_error,"
+                      "predicted_decay_error,predicted_frequency_error\n";
     for (const TimestepStem& stem : summary.stems)
         for (std::size_t k = 0; k < stem.steps.size(); ++k) {
             const StepResult& step = stem.steps[k];
-            fmt::print(csv, "{},{},{},{},{},{},{},{},{},{},{},{}\n", stem.point,
-                       stem.youngs_modulus, stem.bond_damping, summary.options.fractions[k],
-                       step.step, outcomes[static_cast<int>(step.outcome)], step.decay_per_cycle,
-                       step.frequency, step.decay_error, step.frequency_error,
-                       step.predicted_decay_error, step.predicted_frequency_error);
+            csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", stem.point,
+                               stem.youngs_modulus, stem.bond_damping, summary.options.fractions[k],
+                               step.step, outcomes[static_cast<int>(step.outcome)],
+                               step.decay_per_cycle, step.frequency, step.decay_error,
+                               step.frequency_error, step.predicted_decay_error,
+                               step.predicted_frequency_error);
         }
+    return csv;
+}
+
+/// Writes texts into files of the folder. Throws core::StorageError, which calls them `names`.
+void write_files(const StudyFolder& folder, const char* names,
+                 const std::vector<std::pair<std::string, std::string>>& files) {
+    bool is_written = true;
+    for (const auto& [name, text] : files) {
+        std::ofstream file(folder.path() / name);
+        file << text << std::flush;
+        is_written = is_written && file;
+    }
+    if (!is_written)
+        throw core::StorageError(
+            fmt::format("{}: {} could not be written", folder.path().string(), names));
 }
 
 json failed_points(const std::vector<FailedPoint>& failed) {
@@ -300,34 +317,20 @@ nlohmann::json to_json(const TimestepSummary& summary) {
 }
 
 void write_summary(const StudyFolder& folder, const StudySummary& summary) {
-    std::ofstream json(folder.summary());
-    json << to_json(summary).dump(2) << '\n';
-    std::ofstream csv(folder.path() / "fits.csv");
-    fmt::print(csv, "point,bond_youngs_modulus_pa,bond_damping,decay_per_cycle,frequency_hz\n");
+    std::string csv = "point,bond_youngs_modulus_pa,bond_damping,decay_per_cycle,frequency_hz\n";
     for (std::size_t k = 0; k < summary.frequency.size(); ++k)
-        fmt::print(csv, "{},{},{},{},{}\n", k, summary.youngs_modulus[k], summary.bond_damping[k],
-                   summary.decay_per_cycle[k], summary.frequency[k]);
-    json.flush();
-    csv.flush();
-    if (!json || !csv)
-        throw core::StorageError(fmt::format("{}: summary.json and fits.csv could not be written",
-                                             folder.path().string()));
+        csv +=
+            fmt::format("{},{},{},{},{}\n", k, summary.youngs_modulus[k], summary.bond_damping[k],
+                        summary.decay_per_cycle[k], summary.frequency[k]);
+    write_files(folder, "summary.json and fits.csv",
+                {{"summary.json", to_json(summary).dump(2) + '\n'}, {"fits.csv", csv}});
 }
 
 void write_summary(const StudyFolder& folder, const TimestepSummary& summary) {
-    std::ofstream json(folder.summary());
-    json << to_json(summary).dump(2) << '\n';
-    std::ofstream limits(folder.path() / "limits.csv");
-    write_limits(limits, summary);
-    std::ofstream errors(folder.path() / "step_errors.csv");
-    write_step_errors(errors, summary);
-    json.flush();
-    limits.flush();
-    errors.flush();
-    if (!json || !limits || !errors)
-        throw core::StorageError(fmt::format("{}: summary.json, limits.csv and step_errors.csv "
-                                             "could not be written",
-                                             folder.path().string()));
+    write_files(folder, "summary.json, limits.csv and step_errors.csv",
+                {{"summary.json", to_json(summary).dump(2) + '\n'},
+                 {"limits.csv", limits_csv(summary)},
+                 {"step_errors.csv", step_errors_csv(summary)}});
 }
 
 nlohmann::ordered_json to_json(const Repetition& repetition) {

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "present/study/archive.hpp"
 #include "present/study/study.hpp"
 #include "study/summary/summary.hpp"
 
@@ -146,24 +145,6 @@ std::string law(const char* response, const char* predictor, const char* publish
     return text;
 }
 
-} // namespace
-
-std::string regression_table(const study::StudySummary& summary) {
-    const std::string window =
-        summary.reduce.window ? fmt::format("{:g} s", *summary.reduce.window) : "the whole record";
-    std::string text =
-        fmt::format("Eq. 1 fitted to the tip over {}, b0 {}; b1 per cycle, b2 in Hz; law {}\n\n",
-                    window, summary.reduce.is_amplitude_free ? "free" : "fixed", summary.law);
-    text += law("sqrt(Y)", "b2", "574.3 b2 + 91.4 (Eq. 12; Y in Pa)",
-                summary.regression.sqrt_youngs_modulus);
-    text += law("beta", "b1", "-261.4 b1 + 2.5 (Eq. 13)", summary.regression.bond_damping);
-    if (summary.replicates)
-        text += replicate_table(*summary.replicates);
-    return text + failed_points_text(summary);
-}
-
-namespace {
-
 /// Number of stems on the screen; limits.csv lists all.
 constexpr std::size_t listed_stems = 40;
 
@@ -242,14 +223,26 @@ std::string errors(const study::TimestepSummary& summary) {
 
 } // namespace
 
+std::string regression_table(const study::StudySummary& summary) {
+    const std::string window =
+        summary.reduce.window ? fmt::format("{:g} s", *summary.reduce.window) : "the whole record";
+    std::string text =
+        fmt::format("Eq. 1 fitted to the tip over {}, b0 {}; b1 per cycle, b2 in Hz; law {}\n\n",
+                    window, summary.reduce.is_amplitude_free ? "free" : "fixed", summary.law);
+    text += law("sqrt(Y)", "b2", "574.3 b2 + 91.4 (Eq. 12; Y in Pa)",
+                summary.regression.sqrt_youngs_modulus);
+    text += law("beta", "b1", "-261.4 b1 + 2.5 (Eq. 13)", summary.regression.bond_damping);
+    if (summary.replicates)
+        text += replicate_table(*summary.replicates);
+    return text + failed_points_text(summary);
+}
+
 std::string timestep_table(const study::TimestepSummary& summary) {
     return limits(summary) + laws(summary.regression) + errors(summary) +
            failed_points_text(summary);
 }
 
-namespace {
-
-std::string facts_text(const study::Repetition& repetition) {
+std::string repetition_text(const study::Repetition& repetition) {
     std::string text;
     for (const study::Repetition::Fact& fact : repetition.facts)
         if (fact.archived == fact.now)
@@ -257,13 +250,6 @@ std::string facts_text(const study::Repetition& repetition) {
         else
             text += fmt::format("{:10} {} (archived)\n{:10} {} (now)\n", fact.name, fact.archived,
                                 "", fact.now);
-    return text;
-}
-
-} // namespace
-
-std::string repetition_text(const study::Repetition& repetition) {
-    std::string text = facts_text(repetition);
     if (repetition.missing > 0)
         text += fmt::format("{} points are missing in the archive and were not compared\n",
                             repetition.missing);
