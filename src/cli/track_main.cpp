@@ -14,6 +14,7 @@
 #include <filesystem>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -43,15 +44,14 @@ TrackPlan plan_of(const TrackArguments& arguments) {
     TrackPlan plan;
     for (const std::string& video : arguments.videos) {
         plan.settings.push_back(measure::read_track_settings(video));
-        const std::filesystem::path folder = arguments.videos.size() == 1
-                                                 ? std::filesystem::path(arguments.output)
-                                                 : std::filesystem::path(arguments.output) /
-                                                       plan.settings.back().description.stem.id;
+        const std::string& id = plan.settings.back().description.stem.id;
+        std::filesystem::path folder = arguments.output;
+        if (arguments.videos.size() > 1)
+            folder /= id;
         if (const auto same = std::ranges::find(plan.folders, folder); same != plan.folders.end())
             throw core::InputError(fmt::format(
                 "{}: stem.id = \"{}\" is that of {} too; each stem gets a folder of its name",
-                video, plan.settings.back().description.stem.id,
-                arguments.videos[std::size_t(same - plan.folders.begin())]));
+                video, id, arguments.videos[std::size_t(same - plan.folders.begin())]));
         plan.folders.push_back(folder);
     }
     return plan;
@@ -63,35 +63,30 @@ constexpr double seconds_per_pixel = 1.6e-7;
 
 /// Number of frames to be read and of all their pixels; zero if the recording cannot be opened,
 /// which the tracking reports.
-struct RecordingSize {
-    std::size_t frames = 0;
-    double pixels = 0.0;
-};
-
-RecordingSize size_of(const measure::TrackSettings& settings) {
-    RecordingSize size;
+std::pair<std::size_t, double> size_of(const measure::TrackSettings& settings) {
     try {
         const auto source = measure::open_frames(settings.file.parent_path(), settings.frames);
-        size.frames = source->numbers().size();
+        std::size_t frames = source->numbers().size();
         if (settings.frame_count)
-            size.frames = std::min(size.frames, static_cast<std::size_t>(*settings.frame_count));
+            frames = std::min(frames, static_cast<std::size_t>(*settings.frame_count));
+        double pixels = 0.0;
         constexpr std::array<std::size_t, 1> first{0};
-        source->for_each(first, 1, [&size](std::size_t, const measure::FrameImage& frame) {
-            size.pixels = double(size.frames) * double(frame.width) * double(frame.height);
+        source->for_each(first, 1, [&](std::size_t, const measure::FrameImage& frame) {
+            pixels = double(frames) * double(frame.width) * double(frame.height);
         });
+        return {frames, pixels};
     } catch (const core::InputError&) {
         return {};
     }
-    return size;
 }
 
 std::string cost_of(const TrackPlan& plan, int cores) {
     std::size_t frames = 0;
     double seconds = 0.0;
     for (const measure::TrackSettings& settings : plan.settings) {
-        const RecordingSize size = size_of(settings);
-        frames += size.frames;
-        seconds += seconds_per_pixel * size.pixels;
+        const auto [count, pixels] = size_of(settings);
+        frames += count;
+        seconds += seconds_per_pixel * pixels;
     }
     if (frames == 0) // the tracking reports why
         return {};

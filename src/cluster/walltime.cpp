@@ -94,8 +94,9 @@ double parse_walltime(std::string_view what, const std::string& text) {
         seconds = days_and_clock(text);
     if (!seconds || !(*seconds > 0.0) || *seconds > longest)
         throw core::InputError(fmt::format(
-            "{}: \"{}\" is not a duration above zero and of at most a year; allowed are {}", what,
-            text, walltime_forms));
+            "{}: \"{}\" is not a duration above zero and of at most a year; allowed are HH:MM:SS, "
+            "MM:SS, D-HH, D-HH:MM, D-HH:MM:SS, or a number with its unit: 90s, 45min, 12h, 2d",
+            what, text));
     return *seconds;
 }
 

@@ -8,11 +8,8 @@
 
 namespace culm::cluster {
 
-/// The forms that parse_walltime takes, for messages.
-inline constexpr std::string_view walltime_forms =
-    "HH:MM:SS, MM:SS, D-HH, D-HH:MM, D-HH:MM:SS, or a number with its unit: 90s, 45min, 12h, 2d";
-
-/// Seconds of a duration that is written in one of these forms. A number alone is refused, because
+/// Seconds of a duration: HH:MM:SS, MM:SS, D-HH, D-HH:MM, D-HH:MM:SS, or a number with its unit,
+/// 90s, 45min, 12h, 2d. A number alone is refused, because
 /// Slurm reads it as minutes and PBS as seconds. Throws core::InputError, with a text that begins
 /// with `what`, for any other form and for a duration that is not above zero.
 [[nodiscard]] double parse_walltime(std::string_view what, const std::string& text);

@@ -5,6 +5,12 @@
 #include "present/text.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <numbers>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -12,6 +18,203 @@
 
 namespace culm::present {
 namespace {
+
+using diagnose::Comparison;
+using diagnose::Finding;
+using residuals::ResidualStructure;
+using residuals::SwingError;
+using residuals::SwingWindow;
+
+constexpr double largest_relative_error = 0.25; ///< of a decay that is quoted
+constexpr double fastest_decay = 2.0;           ///< per cycle; a faster decay is not a vibration
+constexpr double standard_errors = 3.0;         ///< of a difference that is mentioned
+constexpr double explained_by_noise = 1.1;      ///< residual over noise
+constexpr double smallest_swing = 3.0;          ///< amplitude over noise; below, the swing is over
+
+std::string whether_it_fits(const Comparison& comparison) {
+    const diagnose::Verdict& verdict = comparison.verdict;
+    const measure::ReadingUnit& unit = comparison.unit;
+    const std::string sizes =
+        !verdict.is_noise_known
+            ? fmt::format("residual {} (rms); the noise is not stated", unit.text(comparison.rmse))
+            : fmt::format("residual {} (rms), noise {}, ratio {:.2f}", unit.text(comparison.rmse),
+                          unit.text(comparison.noise), comparison.over_noise);
+    if (verdict.finding == Finding::Undecided)
+        return fmt::format("Undecided: {}.", verdict.reason);
+    return fmt::format("The model is {}: {} ({}).", finding_text(verdict.finding), sizes,
+                       verdict.p_value < 1e-12 ? "p < 1e-12"
+                                               : fmt::format("p = {:.2g}", verdict.p_value));
+}
+
+std::string where_it_fails(const Comparison& comparison) {
+    const auto height =
+        std::ranges::max_element(comparison.by_height, {}, &fit::ResidualGroup::over_noise);
+    const auto time =
+        std::ranges::max_element(comparison.by_time, {}, &fit::ResidualGroup::over_noise);
+    if (height == comparison.by_height.end() || time == comparison.by_time.end())
+        return {};
+    static constexpr std::array<const char*, 3> names{"first", "second", "last"};
+    const auto third = static_cast<std::size_t>(time - comparison.by_time.begin());
+    std::string text = "The misfit is largest";
+    if (comparison.by_height.size() > 1)
+        text += fmt::format(" at h = {:.4g} mm ({:.1f} times the noise; the mean over the heights "
+                            "is {:.1f}) and",
+                            1e3 * height->lower, height->over_noise, comparison.over_noise);
+    text += fmt::format(" in the {} third of the time ({:.1f} times the noise", names[third],
+                        time->over_noise);
+    for (std::size_t k = 0; k < comparison.by_time.size(); ++k)
+        if (k != third)
+            text += fmt::format(", {} {:.1f}", names[k], comparison.by_time[k].over_noise);
+    text += ")";
+    const auto band =
+        std::ranges::max_element(comparison.spectrum.bands, {}, &fit::SpectrumBand::share);
+    if (band != comparison.spectrum.bands.end() && band->share > 0.0)
+        text += fmt::format("; {:.0f} % of its power lies {}{} ({:.3g} … {:.3g} Hz)",
+                            100.0 * band->share, band->lower == 0.0 ? "" : "about ", band->name,
+                            band->lower, band->upper);
+    return text + ".";
+}
+
+/// " … early, … in the middle, … late", for the thirds for which `words` returns a text.
+template <class Words>
+std::string in_thirds(const ResidualStructure& structure, const Words& words) {
+    static constexpr std::array<const char*, 3> places{"early", "in the middle", "late"};
+    std::string text;
+    for (std::size_t k = 0; k < structure.thirds.size(); ++k) {
+        const std::string phrase = words(structure.thirds[k], places[k]);
+        if (phrase.empty())
+            continue;
+        text += text.empty() ? " " : ", ";
+        text += phrase;
+    }
+    return text;
+}
+
+bool has_died(double over_noise) {
+    return over_noise < smallest_swing;
+}
+
+/// The model's amplitude relative to the measured one, in the thirds in which either swings.
+std::string amplitude_words(const ResidualStructure& structure) {
+    const auto words = [](const SwingError& error, const char* place) -> std::string {
+        const bool has_stopped = has_died(error.measured_over_noise);
+        if (has_stopped && has_died(error.modelled_over_noise))
+            return {};
+        if (std::abs(error.amplitude) < standard_errors * error.amplitude_error)
+            return fmt::format("about right {}", place);
+        if (has_stopped)
+            return fmt::format("not yet zero {} (the stem rests)", place);
+        const double measured_over_modelled = 1.0 + error.amplitude;
+        if (measured_over_modelled < 0.1)
+            return fmt::format("ten times too large or more {}", place);
+        return fmt::format("{:.1f} % too {} {}",
+                           100.0 * std::abs(1.0 / measured_over_modelled - 1.0),
+                           error.amplitude < 0.0 ? "large" : "small", place);
+    };
+    const std::string thirds = in_thirds(structure, words);
+    return thirds.empty() ? "amplitude error"
+                          : "amplitude error: the model's amplitude is" + thirds;
+}
+
+/// The first and the last window in which both sides are known well enough to be quoted.
+std::optional<std::pair<SwingWindow, SwingWindow>>
+well_known_windows(const std::vector<SwingWindow>& windows) {
+    const auto is_swing = [](const residuals::WindowFit& found) {
+        return std::abs(found.decay_per_cycle.value) < fastest_decay;
+    };
+    std::vector<SwingWindow> known;
+    for (const SwingWindow& window : windows)
+        if (window.measured && window.modelled && is_swing(*window.measured) &&
+            is_swing(*window.modelled) &&
+            window.measured->decay_per_cycle.standard_error <
+                largest_relative_error * std::abs(window.measured->decay_per_cycle.value))
+            known.push_back(window);
+    if (known.size() < 2)
+        return std::nullopt;
+    return std::pair(known.front(), known.back());
+}
+
+/// The change of the measured and of the modelled decay as the amplitude falls.
+std::string decay_words(const Comparison& comparison) {
+    const auto windows = well_known_windows(comparison.windows);
+    if (!windows)
+        return {};
+    const auto& [first, last] = *windows;
+    return fmt::format("; from {:.2g} to {:.2g} {} of amplitude the measured decay per cycle goes "
+                       "from {:.3f} to {:.3f}, the modelled one from {:.3f} to {:.3f}",
+                       comparison.unit.factor * first.measured->amplitude,
+                       comparison.unit.factor * last.measured->amplitude, comparison.unit.name,
+                       first.measured->decay_per_cycle.value, last.measured->decay_per_cycle.value,
+                       first.modelled->decay_per_cycle.value, last.modelled->decay_per_cycle.value);
+}
+
+/// The phase lead or lag of the measured swing while both swing, in degrees (360 per cycle).
+std::string phase_words(const Comparison& comparison) {
+    const auto words = [](const SwingError& error, const char* place) -> std::string {
+        if (has_died(error.measured_over_noise) || has_died(error.modelled_over_noise))
+            return {};
+        if (std::abs(error.lag) < standard_errors * error.lag_error)
+            return fmt::format("in step {}", place);
+        return fmt::format("{:.2f}° {} {}", std::abs(error.lag) * 180.0 / std::numbers::pi,
+                           error.lag > 0.0 ? "behind" : "ahead", place);
+    };
+    const std::string thirds = in_thirds(comparison.structure, words);
+    std::string text = thirds.empty() ? "phase error"
+                                      : "phase error: against the model the measured swing is" +
+                                            thirds + " (a cycle has 360°)";
+    if (const auto windows = well_known_windows(comparison.windows)) {
+        const auto& [first, last] = *windows;
+        text += fmt::format(
+            "; as the amplitude falls from {:.2g} to {:.2g} {} the measured frequency goes from "
+            "{:.2f} to {:.2f} Hz, the modelled one from {:.2f} to {:.2f} Hz",
+            comparison.unit.factor * first.measured->amplitude,
+            comparison.unit.factor * last.measured->amplitude, comparison.unit.name,
+            first.measured->frequency.value, last.measured->frequency.value,
+            first.modelled->frequency.value, last.modelled->frequency.value);
+    }
+    return text;
+}
+
+std::string rest_words(const Comparison& comparison) {
+    const auto rest = [&](std::size_t third) {
+        return fmt::format("{:+.4f} {}",
+                           comparison.unit.factor * comparison.structure.thirds[third].rest,
+                           comparison.unit.name);
+    };
+    return fmt::format("an error of the rest position: measured minus modelled {} early, {} in the "
+                       "middle, {} late",
+                       rest(0), rest(1), rest(2));
+}
+
+/// Names the error in the shape over the heights, by its spectrum.
+std::string shape_words(const Comparison& comparison) {
+    const auto second = std::ranges::find(comparison.spectrum.bands, std::string("mode 2"),
+                                          &fit::SpectrumBand::name);
+    const bool is_second = second != comparison.spectrum.bands.end() && second->share > 0.5;
+    return is_second ? "error of the second mode"
+                     : "shape error: the stem bends at other heights than the model";
+}
+
+std::string what_it_is(const Comparison& comparison) {
+    const ResidualStructure& structure = comparison.structure;
+    struct Part {
+        double share;
+        std::string words;
+    };
+    std::array<Part, 5> parts{
+        Part{structure.amplitude_share, amplitude_words(structure) + decay_words(comparison)},
+        Part{structure.phase_share, phase_words(comparison)},
+        Part{structure.rest_share, rest_words(comparison)},
+        Part{structure.other_motion_share,
+             "motion with the shape of the swing but another frequency"},
+        Part{structure.other_shape_share, shape_words(comparison)}};
+    std::ranges::stable_sort(parts, std::greater{}, &Part::share);
+    std::string text = fmt::format("{:.0f} % of the remaining misfit is {}", 100.0 * parts[0].share,
+                                   parts[0].words);
+    if (parts[1].share > 0.2)
+        text += fmt::format(". Another {:.0f} % is {}", 100.0 * parts[1].share, parts[1].words);
+    return text + ".";
+}
 
 const diagnose::Comparison& comparison_of(const diagnose::Ladder& ladder, std::size_t model) {
     return ladder.comparisons[*ladder.comparison[model]];
@@ -138,6 +341,29 @@ std::vector<std::string> step_sentences(const diagnose::Ladder& ladder, std::siz
         sentences.push_back(fmt::format("Y changes by {:+.2f} %, beta by {:+.2f} %.",
                                         100.0 * model.modulus_change,
                                         100.0 * model.damping_change));
+    return sentences;
+}
+
+std::vector<std::string> comparison_sentences(const Comparison& comparison) {
+    std::vector<std::string> sentences{whether_it_fits(comparison)};
+    if (!comparison.moves) {
+        sentences.emplace_back("Nothing in this model moves a stem that was held straight: the "
+                               "residual is the whole measured motion; add gravity.");
+        return sentences;
+    }
+    if (comparison.verdict.finding == Finding::Adequate) {
+        sentences.emplace_back(
+            comparison.over_noise > explained_by_noise
+                ? "The uncertainty of the stated inputs explains what exceeds the noise."
+                : "The residuals are noise at every height, time and frequency.");
+        return sentences;
+    }
+    if (comparison.verdict.finding == Finding::Undecided)
+        return sentences;
+    if (std::string where = where_it_fails(comparison); !where.empty())
+        sentences.push_back(std::move(where));
+    if (comparison.structure.excess_over_noise > 0.0)
+        sentences.push_back(what_it_is(comparison));
     return sentences;
 }
 

@@ -7,6 +7,7 @@
 
 #include <functional>
 #include <limits>
+#include <ranges>
 #include <string>
 #include <utility>
 #include <vector>
@@ -93,14 +94,12 @@ void add_model(std::vector<NamedArray>& arrays, const std::string& group,
                             spectrum.power));
     arrays.push_back(series(group + "/spectrum/mode_frequency", "Hz", "of the fitted chain",
                             spectrum.mode_frequencies));
-    std::vector<double> begin;
-    std::vector<double> end;
-    for (const residuals::SwingWindow& window : comparison.windows) {
-        begin.push_back(window.begin);
-        end.push_back(window.end);
-    }
-    arrays.push_back(series(group + "/windows/begin", "s", "", std::move(begin)));
-    arrays.push_back(series(group + "/windows/end", "s", "", std::move(end)));
+    const auto add_times = [&](const char* name, double residuals::SwingWindow::*time) {
+        const auto times = comparison.windows | std::views::transform(time);
+        arrays.push_back(series(group + name, "s", "", {times.begin(), times.end()}));
+    };
+    add_times("/windows/begin", &residuals::SwingWindow::begin);
+    add_times("/windows/end", &residuals::SwingWindow::end);
     add_windows(arrays, group + "/windows/measured", comparison.windows,
                 &residuals::SwingWindow::measured);
     add_windows(arrays, group + "/windows/modelled", comparison.windows,

@@ -107,16 +107,6 @@ struct KeysArguments {
     bool is_markdown = false;
 };
 
-void show(const KeysArguments& arguments) {
-    if (arguments.is_markdown)
-        fmt::print("{}", study::config_key_tables());
-    else if (arguments.names.empty())
-        fmt::print("{}\n`culm keys NAME` describes the keys of a table, or one key.\n",
-                   config_key_list());
-    else
-        fmt::print("{}", config_key_cards(arguments.names));
-}
-
 } // namespace
 
 void add_keys_command(CLI::App& app) {
@@ -130,7 +120,15 @@ void add_keys_command(CLI::App& app) {
         ->add_flag("--markdown", arguments->is_markdown,
                    "Print all of them as the reference in docs/config.md")
         ->excludes(names);
-    command->callback([arguments] { show(*arguments); });
+    command->callback([arguments] {
+        if (arguments->is_markdown)
+            fmt::print("{}", study::config_key_tables());
+        else if (arguments->names.empty())
+            fmt::print("{}\n`culm keys NAME` describes the keys of a table, or one key.\n",
+                       config_key_list());
+        else
+            fmt::print("{}", config_key_cards(arguments->names));
+    });
 }
 
 } // namespace culm::cli

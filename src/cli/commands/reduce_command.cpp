@@ -59,8 +59,7 @@ void reduce_timesteps(const ReduceArguments& arguments, const study::ArchivedStu
 }
 
 void reduce(const ReduceArguments& arguments, CommandResult& result) {
-    const study::StudyFolder folder(arguments.folder);
-    const study::ArchivedStudy archived = study::open_archive(folder);
+    const study::ArchivedStudy archived = study::open_archive(study::StudyFolder(arguments.folder));
     if (archived.study.config.kind == study::StudyKind::Timestep) {
         reduce_timesteps(arguments, archived, result);
         return;
@@ -76,9 +75,9 @@ void reduce(const ReduceArguments& arguments, CommandResult& result) {
     }
     if (!arguments.amplitude.empty())
         options.is_amplitude_free = arguments.amplitude == "free";
-    const bool fits_change = arguments.window_s.has_value() || !arguments.amplitude.empty();
     std::optional<study::ReduceOptions> refit;
-    if (fits_change || archived.file.description().stored.tip)
+    if (arguments.window_s || !arguments.amplitude.empty() ||
+        archived.file.description().stored.tip)
         refit = options;
     const study::StudySummary summary =
         study::reduce_study(archived, refit, arguments.significance);

@@ -19,18 +19,6 @@ struct ReportArguments {
     std::string d3_js;
 };
 
-[[noreturn]] void hand_over(const ReportArguments& arguments) {
-    std::vector<std::string> words;
-    if (!arguments.output.empty())
-        words.push_back("--output=" + arguments.output);
-    if (!arguments.d3_js.empty())
-        words.push_back("--d3-js=" + arguments.d3_js);
-    words.insert(words.end(), {"--", arguments.directory});
-    run_python_program("report.py", words,
-                       "a report needs Python 3 with h5py and numpy (jobs/install-packages.sh "
-                       "figures report)");
-}
-
 } // namespace
 
 void add_report_command(CLI::App& app) {
@@ -45,7 +33,17 @@ void add_report_command(CLI::App& app) {
                "The page to write (default: DIR/report.html)");
     add_option(*command, "--d3-js", arguments->d3_js, "FILE",
                "The drawing library D3 (version 3), if it is not found automatically");
-    command->callback([arguments] { hand_over(*arguments); });
+    command->callback([arguments] {
+        std::vector<std::string> words;
+        if (!arguments->output.empty())
+            words.push_back("--output=" + arguments->output);
+        if (!arguments->d3_js.empty())
+            words.push_back("--d3-js=" + arguments->d3_js);
+        words.insert(words.end(), {"--", arguments->directory});
+        run_python_program("report.py", words,
+                           "a report needs Python 3 with h5py and numpy (jobs/install-packages.sh "
+                           "figures report)");
+    });
 }
 
 } // namespace culm::cli

@@ -145,11 +145,11 @@ core::ExitCode storage_failure(const core::StorageError& error) {
 /// No point can be computed in this walltime. Does not return exit code 75: a script that restarts
 /// itself on 75 would try the same walltime forever.
 core::ExitCode report_walltime_too_short(const study::ExecuteOutcome& outcome) {
-    const std::int64_t missing = outcome.farm.points_total;
     print_error(fmt::format(
-        "none of the {} missing point{} can be computed in the walltime of this run; "
+        "none of the {} can be computed in the walltime of this run; "
         "the shortest takes about {} {}; give it a longer --walltime (job limit)",
-        missing, missing == 1 ? "" : "s", cluster::walltime_text(outcome.shortest_batch_s),
+        present::counted(outcome.farm.points_total, "missing point"),
+        cluster::walltime_text(outcome.shortest_batch_s),
         outcome.farm.pace.is_known() ? "at the pace so far" : "on the reference machine"));
     return core::ExitCode::BadInput;
 }
@@ -288,23 +288,16 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
     options.farm.progress = [&display](const farm::Progress& progress) { display.show(progress); };
     const study::ExecuteOutcome outcome = study::execute(study, folder, communicator, options);
     display.finish();
-    core::ExitCode exit_code = core::ExitCode::Done;
-    try {
-        if (prints)
-            exit_code = outcome.archive_is_complete ? report(folder)
-                                                    : report_early_stop(study, folder, outcome);
-        if (prints && outcome.archive_is_complete && !arguments.archive.empty() &&
+    return farm::on_root(communicator, [&] {
+        if (!outcome.archive_is_complete)
+            return report_early_stop(study, folder, outcome);
+        core::ExitCode exit_code = report(folder);
+        if (!arguments.archive.empty() &&
             !report_repetition(study::StudyFolder(arguments.archive), folder))
             exit_code = core::ExitCode::PointsFailed;
-        if (prints && outcome.archive_is_complete)
-            fmt::print("{}", next_step("culm report" + as_words({output})));
-    } catch (const core::StorageError& error) { // the other ranks wait for the exit code
-        exit_code = storage_failure(error);
-    }
-    if (communicator != nullptr)
-        exit_code =
-            core::decoded<core::ExitCode>(communicator->broadcast(core::encoded(exit_code)));
-    return exit_code;
+        fmt::print("{}", next_step("culm report" + as_words({output})));
+        return exit_code;
+    });
 }
 
 } // namespace

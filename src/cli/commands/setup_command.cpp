@@ -19,15 +19,6 @@ struct SetupArguments {
     bool is_text = false;
 };
 
-[[noreturn]] void hand_over(const SetupArguments& arguments) {
-    std::vector<std::string> words{"--culm-track=" + beside_own_program("culm-track").string(),
-                                   "--program=" + version_text(), "--output=" + arguments.output};
-    if (arguments.is_text)
-        words.emplace_back("--text");
-    words.insert(words.end(), {"--", arguments.video});
-    run_python_program("setup.py", words, "culm setup needs Python 3");
-}
-
 } // namespace
 
 void add_setup_command(CLI::App& app) {
@@ -43,7 +34,15 @@ void add_setup_command(CLI::App& app) {
         ->required();
     command->add_flag("--text", arguments->is_text,
                       "Ask in the terminal and write video.toml; no page");
-    command->callback([arguments] { hand_over(*arguments); });
+    command->callback([arguments] {
+        std::vector<std::string> words{"--culm-track=" + beside_own_program("culm-track").string(),
+                                       "--program=" + version_text(),
+                                       "--output=" + arguments->output};
+        if (arguments->is_text)
+            words.emplace_back("--text");
+        words.insert(words.end(), {"--", arguments->video});
+        run_python_program("setup.py", words, "culm setup needs Python 3");
+    });
 }
 
 } // namespace culm::cli

@@ -6,7 +6,6 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <ranges>
 #include <string>
 #include <vector>
@@ -42,7 +41,6 @@ std::string counts_text(const FolderState& state) {
 
 std::string columns_text(const std::vector<archive::Column>& columns) {
     std::vector<std::string> names;
-    names.reserve(columns.size());
     for (const archive::Column& column : columns)
         names.push_back(column.unit == "1" ? column.name
                                            : fmt::format("{} ({})", column.name, column.unit));
@@ -225,11 +223,10 @@ std::string status_text(const FolderState& state) {
         text += fmt::format("started   {} on {}\n", state.note->start,
                             counted(state.note->ranks, "rank"));
     if (!state.journals.empty()) {
-        double youngest = std::numeric_limits<double>::infinity();
-        for (const study::JournalState& journal : state.journals)
-            youngest = std::min(youngest, journal.age_s);
+        const auto youngest =
+            std::ranges::min_element(state.journals, {}, &study::JournalState::age_s);
         text += journals_text(state) +
-                fmt::format("last      written {:.0f} s ago\n", std::max(0.0, youngest));
+                fmt::format("last      written {:.0f} s ago\n", std::max(0.0, youngest->age_s));
     }
     text += state.is_running() && !state.unfinished_starts.empty()
                 ? fmt::format("computing {}\n", started_points(state))

@@ -16,16 +16,9 @@ namespace culm::present {
 namespace {
 
 using nlohmann::json;
-using study::DifferingNumbers;
-using study::FactorGroup;
-using study::FailedPoint;
-using study::Repetition;
-using study::ReplicateSummary;
-using study::ResponseSpread;
 using study::StepOutcome;
 using study::StepResult;
 using study::StudyFolder;
-using study::StudySummary;
 using study::TimestepStem;
 using study::TimestepSummary;
 
@@ -125,11 +118,11 @@ json to_json(const reduce::Sensitivity& sensitivity) {
             {"indices", array_of(sensitivity.groups, indices)}};
 }
 
-void add_spread(json& out, const ReplicateSummary& summary) {
+void add_spread(json& out, const study::ReplicateSummary& summary) {
     json population = json::object();
     json components = json::object();
     json sensitivity = json::object();
-    for (const ResponseSpread& response : summary.responses) {
+    for (const study::ResponseSpread& response : summary.responses) {
         population[response.name] = to_json(response.population);
         if (response.components)
             components[response.name] = to_json(*response.components);
@@ -146,7 +139,7 @@ void add_spread(json& out, const ReplicateSummary& summary) {
         return;
     }
     sensitivity["method"] = "polynomial chaos, degree by leave-one-out error";
-    sensitivity["groups"] = array_of(summary.groups, [](const FactorGroup& group) -> json {
+    sensitivity["groups"] = array_of(summary.groups, [](const study::FactorGroup& group) -> json {
         return {{"name", group.name}, {"factors", group.factors}};
     });
     out["sensitivity"] = sensitivity;
@@ -252,15 +245,15 @@ void write_files(const StudyFolder& folder, const char* names,
             fmt::format("{}: {} could not be written", folder.path().string(), names));
 }
 
-json failed_points(const std::vector<FailedPoint>& failed) {
-    return array_of(failed, [](const FailedPoint& point) -> json {
+json failed_points(const std::vector<study::FailedPoint>& failed) {
+    return array_of(failed, [](const study::FailedPoint& point) -> json {
         return {{"point", point.point}, {"kind", point.kind}, {"reason", point.reason}};
     });
 }
 
 } // namespace
 
-nlohmann::json to_json(const StudySummary& summary) {
+nlohmann::json to_json(const study::StudySummary& summary) {
     json work = json::object();
     for (const auto& [name, sum] : summary.work)
         work[name] = std::llround(sum);
@@ -316,7 +309,7 @@ nlohmann::json to_json(const TimestepSummary& summary) {
     return out;
 }
 
-void write_summary(const StudyFolder& folder, const StudySummary& summary) {
+void write_summary(const StudyFolder& folder, const study::StudySummary& summary) {
     std::string csv = "point,bond_youngs_modulus_pa,bond_damping,decay_per_cycle,frequency_hz\n";
     for (std::size_t k = 0; k < summary.frequency.size(); ++k)
         csv +=
@@ -333,8 +326,8 @@ void write_summary(const StudyFolder& folder, const TimestepSummary& summary) {
                  {"step_errors.csv", step_errors_csv(summary)}});
 }
 
-nlohmann::ordered_json to_json(const Repetition& repetition) {
-    const auto differing = [](const DifferingNumbers& numbers) -> nlohmann::ordered_json {
+nlohmann::ordered_json to_json(const study::Repetition& repetition) {
+    const auto differing = [](const study::DifferingNumbers& numbers) -> nlohmann::ordered_json {
         return {{"dataset", numbers.name},    {"unit", numbers.unit},
                 {"points", numbers.points},   {"first_point", numbers.first_point},
                 {"largest", numbers.largest}, {"largest_relative", numbers.largest_relative}};
@@ -348,7 +341,7 @@ nlohmann::ordered_json to_json(const Repetition& repetition) {
                                    {"other_outcomes", repetition.other_outcomes}};
     json["differing"] = array_of<nlohmann::ordered_json>(repetition.differing, differing);
     json["facts"] = nlohmann::ordered_json::object();
-    for (const Repetition::Fact& fact : repetition.facts)
+    for (const study::Repetition::Fact& fact : repetition.facts)
         json["facts"][fact.name] = {{"archived", fact.archived}, {"now", fact.now}};
     return json;
 }
