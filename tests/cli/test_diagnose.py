@@ -17,6 +17,8 @@ sys.path.insert(0, str(TESTS / "support"))
 from json_schema import schema_faults  # noqa: E402
 
 SCHEMA = json.loads((ROOT / "docs" / "schemas" / "diagnosis.schema.json").read_text("utf-8"))
+LABORATORY_SCHEMA = json.loads(
+    (ROOT / "docs" / "schemas" / "laboratory.schema.json").read_text("utf-8"))
 RECORDS = TESTS / "data"
 NULL, S01 = RECORDS / "measurements" / "T1-null", RECORDS / "measurements" / "S01"
 DRAG = RECORDS / "hidden-effect" / "T2-quadratic_drag"
@@ -34,6 +36,16 @@ class Diagnose(CulmTest):
         found = json.loads((self.folder / "found.json").read_text("utf-8"))
         self.assertEqual(schema_faults(found, SCHEMA), [])
         return finished, found
+
+
+    def on_two_ranks(self, *arguments):
+        environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1",
+                           OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
+        return subprocess.run(
+            [os.environ["CULM_MPIEXEC"], "--oversubscribe", "-n", "2", PROGRAM, "diagnose",
+             *map(str, arguments)],
+            cwd=self.folder, text=True, capture_output=True, timeout=PATIENCE, check=False,
+            env=environment)
 
 
 class Answers(Diagnose):
@@ -162,13 +174,7 @@ class Reproduction(Diagnose):
     def test_is_exact_to_the_last_bit_on_two_ranks(self):
         candidates = ("--candidates", "taper,quadratic_drag,clamp_friction,clamp_compliance")
         alone = self.document(*candidates)
-        environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1",
-                           OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
-        together = subprocess.run(
-            [os.environ["CULM_MPIEXEC"], "--oversubscribe", "-n", "2", PROGRAM, "diagnose",
-             str(DRAG), *COARSE, *candidates, "--json", "-"],
-            cwd=self.folder, text=True, capture_output=True, timeout=PATIENCE, check=False,
-            env=environment)
+        together = self.on_two_ranks(DRAG, *COARSE, *candidates, "--json", "-")
         self.assertIn(together.returncode, (DONE, POINTS_FAILED), together.stderr)
         self.assertEqual(json.loads(together.stdout)["provenance"]["ranks"], 2)
         self.assertEqual(self.without_provenance(together.stdout), alone)
@@ -210,21 +216,49 @@ class BadInput(CulmTest):
                             'culm: two recordings are called "T1"; give each its own stem.id in '
                             "stem.toml\n")
 
-    def test_is_refused_if_recordings_are_of_two_specimens(self):
-        for name in ("A", "B"):
-            shutil.copytree(NULL, self.folder / name)
-            stem = self.folder / name / "stem.toml"
-            stem.write_text(stem.read_text().replace('id = "T1"', f'id = "{name}"\n'
-                                                     f'specimen = "stem {name}"', 1))
-        self.assert_refused(self.culm("diagnose", "A", "B"),
-                            'culm: A is of specimen "stem A", B of "stem B": diagnose fits one Y '
-                            "and one beta to all recordings, so they must be of one specimen. "
-                            "Diagnose each specimen alone, or correct stem.specimen in stem.toml\n")
-
     def test_is_refused_if_an_effect_file_is_missing(self):
         finished = self.culm("diagnose", NULL, "--effect-file", "no.toml")
         self.assert_exit(finished, BAD_INPUT)
         self.assertRegex(finished.stderr, r"^culm: no\.toml: cannot be read")
+
+
+class Laboratory(Diagnose):
+    """Two specimens; their answer need not be right here (tests/diagnose/laboratory.cpp)."""
+
+    def setUp(self):
+        super().setUp()
+        for name in ("A", "B"):
+            shutil.copytree(DRAG, self.folder / name)
+            stem = self.folder / name / "stem.toml"
+            stem.write_text(stem.read_text("utf-8").replace(
+                'id = "T2"', f'id = "{name}"\nrig = "1"', 1))
+
+    def test_shares_the_drag_of_the_rig_and_is_the_same_on_two_ranks(self):
+        arguments = ("A", "B", "--spheres", "12", "--window", "0.2", "--candidates",
+                     "quadratic_drag", "-q", "--json", "-")
+        documents = []
+        for finished in (self.culm("diagnose", *arguments), self.on_two_ranks(*arguments)):
+            self.assert_exit(finished, DONE)
+            documents.append(json.loads(finished.stdout))
+        self.assertEqual([each.pop("provenance")["ranks"] for each in documents], [1, 2])
+        found = documents[0]
+        self.assertEqual(documents[1], found)
+        self.assertEqual(schema_faults(found | {"provenance": {}}, LABORATORY_SCHEMA), [])
+        self.assertEqual([effect["effect"] for effect in found["rig_effects"]], ["quadratic_drag"])
+        self.assertEqual([stem["specimen"] for stem in found["stems"]], ["A", "B"])
+        drag = found["rig_effects"][0]["parameters"][0]
+        self.assertLess(drag["interval_95"][0], drag["value"])
+
+    def test_is_refused_if_a_specimen_is_on_two_rigs(self):
+        for name in ("A", "B"):
+            stem = self.folder / name / "stem.toml"
+            stem.write_text(stem.read_text("utf-8").replace('rig = "1"',
+                                                            f'rig = "{name}"\nspecimen = "S"'))
+        self.assert_refused(
+            self.culm("diagnose", "A", "B"),
+            'culm: A and B are recordings of specimen "S" on different rigs ("A", "B"): a stem of '
+            "a laboratory is on one rig; diagnose the specimen alone, or correct stem.rig in "
+            "stem.toml\n")
 
 
 class ShortRecord(Diagnose):

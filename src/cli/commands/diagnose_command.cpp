@@ -7,10 +7,12 @@
 #include "cli/recordings.hpp"
 #include "cluster/shell_word.hpp"
 #include "diagnose/diagnosis.hpp"
+#include "diagnose/laboratory/laboratory.hpp"
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/diagnosis.hpp"
 #include "present/files.hpp"
+#include "present/laboratory.hpp"
 #include "present/motion_files.hpp"
 #include "study/config/study_effects.hpp"
 
@@ -23,6 +25,7 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -53,6 +56,7 @@ struct DiagnosisEffects {
 /// The inputs, which are read and checked before the first fit; identical on every rank.
 struct DiagnosisPlan {
     measure::MeasurementSet read;
+    std::vector<diagnose::Specimen> specimens; ///< several: a laboratory
     DiagnosisEffects effects;
 };
 
@@ -107,23 +111,6 @@ std::string as_option(const std::string& effect, const DiagnosisEffects& effects
     return name;
 }
 
-/// Several recordings are fitted with one Y and one β.
-void refuse_different_specimens(std::span<const measure::Measurement> recordings) {
-    const measure::Measurement* first = nullptr;
-    for (const measure::Measurement& recording : recordings) {
-        if (recording.specimen.empty())
-            continue;
-        if (first == nullptr)
-            first = &recording;
-        if (recording.specimen != first->specimen)
-            throw core::InputError(fmt::format(
-                "{} is of specimen \"{}\", {} of \"{}\": diagnose fits one Y and one beta to all "
-                "recordings, so they must be of one specimen. Diagnose each specimen alone, or "
-                "correct stem.specimen in stem.toml",
-                first->stem.id, first->specimen, recording.stem.id, recording.specimen));
-    }
-}
-
 DiagnosisPlan plan_of(const DiagnoseArguments& arguments) {
     DiagnosisPlan plan;
     plan.read = measure::read_measurements(arguments.paths);
@@ -136,7 +123,7 @@ DiagnosisPlan plan_of(const DiagnoseArguments& arguments) {
                             recording.stem.id));
         static_cast<void>(fit::chain_of(recording, chain_options(arguments)));
     }
-    refuse_different_specimens(plan.read.measurements);
+    plan.specimens = diagnose::specimens_of(plan.read.measurements);
     plan.effects = effects_for_diagnosis(arguments, plan.read.measurements);
     return plan;
 }
@@ -171,11 +158,9 @@ present::DiagnosisReport report_of(const DiagnoseArguments& arguments, const Dia
     return {found, plan.read.measurements, plan.effects.candidates, arguments.law};
 }
 
-json document_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
-                 const diagnose::Diagnosis& found, const json& provenance) {
-    json document = present::diagnosis_json(report_of(arguments, plan, found));
-    for (std::size_t k = 0; k < plan.read.folders.size(); ++k)
-        document["recordings"][k]["folder"] = plan.read.folders[k].string();
+/// Adds the folders, the options and the provenance.
+void complete(const DiagnoseArguments& arguments, const DiagnosisPlan& plan, const json& provenance,
+              json& document) {
     document["options"] = {{"law", arguments.law},
                            {"spheres", arguments.spheres ? json(*arguments.spheres) : json()},
                            {"window_s", present::number(arguments.window_s)},
@@ -183,6 +168,14 @@ json document_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
                            {"candidates", names_of(plan.effects.candidates)},
                            {"known", names_of(plan.effects.known)}};
     document["provenance"] = provenance;
+}
+
+json document_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
+                 const diagnose::Diagnosis& found, const json& provenance) {
+    json document = present::diagnosis_json(report_of(arguments, plan, found));
+    for (std::size_t k = 0; k < plan.read.folders.size(); ++k)
+        document["recordings"][k]["folder"] = plan.read.folders[k].string();
+    complete(arguments, plan, provenance, document);
     return document;
 }
 
@@ -271,6 +264,20 @@ core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& p
     return any_failed ? core::ExitCode::PointsFailed : core::ExitCode::Done;
 }
 
+core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
+                      const diagnose::Laboratory& found, const json& provenance) {
+    json document = present::laboratory_json(found);
+    document["folders"] = present::array_of(plan.read.folders,
+                                            [](const fs::path& folder) { return folder.string(); });
+    complete(arguments, plan, provenance, document);
+    write_results(arguments, plan.read.measurements, "laboratory.json", document);
+    if (arguments.prints_text())
+        fmt::print("{}", present::laboratory_text(found, arguments.with_details, style_of(stdout)));
+    const bool any_failed = std::ranges::any_of(
+        found.stems, [](const diagnose::StemAnswer& stem) { return !stem.failure.empty(); });
+    return any_failed ? core::ExitCode::PointsFailed : core::ExitCode::Done;
+}
+
 core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
                                      const farm::Communicator* communicator) {
     const DiagnosisPlan plan = plan_of(arguments);
@@ -281,7 +288,7 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
         return core::ExitCode::Done;
     }));
     diagnose::DiagnosisOptions options = options_of(arguments, plan);
-    diagnose::Diagnosis found;
+    std::variant<diagnose::Diagnosis, diagnose::Laboratory> found;
     try {
         StepDisplay display(arguments.is_quiet || !is_root(communicator));
         options.progress = [&display](const std::string& step) { display.begin(step); };
@@ -290,14 +297,20 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
             communicator,
             {.progress = [&display](const farm::Progress& progress) { display.show(progress); },
              .progress_interval = progress_interval});
-        found = diagnose::diagnose(plan.read.measurements, options);
+        if (plan.specimens.size() > 1)
+            found = diagnose::diagnose_laboratory(plan.specimens, options);
+        else
+            found = diagnose::diagnose(plan.read.measurements, options);
     } catch (const core::NumericalError& error) { // every rank meets it
         if (is_root(communicator))
             print_error(error.what());
         return core::ExitCode::PointsFailed;
     }
     const json facts = provenance.document();
-    return farm::on_root(communicator, [&] { return report(arguments, plan, found, facts); });
+    return farm::on_root(communicator, [&] {
+        return std::visit(
+            [&](const auto& answer) { return report(arguments, plan, answer, facts); }, found);
+    });
 }
 
 void add_effect_options(CLI::App& command, DiagnoseArguments& arguments) {
@@ -330,10 +343,11 @@ void add_diagnose_command(CLI::App& app, CommandResult& result, int& argc, char*
                     "and which effects the recording cannot detect");
     auto arguments = std::make_shared<DiagnoseArguments>();
     add_recording_options(*command, *arguments,
-                          "Measurement folders, or folders that contain some; several are "
-                          "recordings of one stem and are explained together",
-                          "Folder for diagnosis.json and, where no effect of the library suffices, "
-                          "missing_force.toml",
+                          "Measurement folders, or folders that contain some. Recordings of one "
+                          "stem.specimen are explained together; several specimens are a "
+                          "laboratory, whose stems on one stem.rig share its clamp, air and camera",
+                          "Folder for diagnosis.json or laboratory.json and, where no effect of "
+                          "the library suffices, missing_force.toml",
                           "Use");
     add_effect_options(*command, *arguments);
     add_chain_options(*command, *arguments);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include <Eigen/Cholesky>
 
@@ -47,7 +48,7 @@ struct LinearEvidence::Sum {
 
 LinearEvidence::LinearEvidence(const StackedReadings& stacked,
                                const std::vector<CandidateView>& candidates)
-    : own_(stacked.jacobian) {
+    : own_(std::in_place, stacked.jacobian) {
     Eigen::Index count = 0;
     for (const CandidateView& each : candidates)
         for (const EffectNode& node : each.columns.nodes)
@@ -59,12 +60,18 @@ LinearEvidence::LinearEvidence(const StackedReadings& stacked,
             for (const EffectColumn& column : node.columns)
                 raw_.col(k++) =
                     Eigen::Map<const Eigen::VectorXd>(column.readings.data(), raw_.rows());
-    remainder_ = own_.remainder(raw_);
-    residual_ = own_.remainder(stacked.residual);
-    gram_ = remainder_.transpose() * remainder_;
-    overlap_ = remainder_.transpose() * residual_;
+    const Eigen::MatrixXd remainder = own_->remainder(raw_);
+    gram_ = remainder.transpose() * remainder;
+    overlap_ = remainder.transpose() * own_->remainder(stacked.residual);
     for (const CandidateView& each : candidates)
         add_nodes(each.columns);
+}
+
+LinearEvidence::LinearEvidence(const std::vector<EffectColumns>& candidates, Eigen::MatrixXd gram,
+                               Eigen::VectorXd overlap)
+    : gram_(std::move(gram)), overlap_(std::move(overlap)) {
+    for (const EffectColumns& each : candidates)
+        add_nodes(each);
 }
 
 void LinearEvidence::add_nodes(const EffectColumns& columns) {
@@ -226,7 +233,7 @@ Eigen::VectorXd LinearEvidence::own_change(std::span<const std::size_t> candidat
         for (std::size_t k = 0; k < node.columns.size(); ++k)
             change -= gain.amounts[e][k] * raw_.col(node.columns[k]);
     }
-    return own_.coefficients(change);
+    return own_->coefficients(change);
 }
 
 } // namespace culm::diagnose

@@ -6,6 +6,7 @@
 #include "diagnose/evidence/log_evidence.hpp"
 
 #include <map>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -27,6 +28,11 @@ class LinearEvidence {
   public:
     /// `candidates` may include failed ones.
     LinearEvidence(const StackedReadings& stacked, const std::vector<CandidateView>& candidates);
+
+    /// From SᵀS and Sᵀr, summed over stems; the columns of `candidates` need no readings.
+    /// own_change() is not available.
+    LinearEvidence(const std::vector<EffectColumns>& candidates, Eigen::MatrixXd gram,
+                   Eigen::VectorXd overlap);
 
     /// Sum over the points of the grids, which are equally probable; sizes with a forbidden sign
     /// are excluded. Two points of one grid together represent the points between them.
@@ -63,14 +69,12 @@ class LinearEvidence {
         return columns_[static_cast<std::size_t>(k)];
     }
 
-    Projector own_;
+    std::optional<Projector> own_;
     std::vector<std::vector<Node>> nodes_; ///< (candidates)
     std::vector<Column> columns_;
-    Eigen::MatrixXd raw_;       ///< (rows, columns)
-    Eigen::MatrixXd remainder_; ///< (rows, columns) without what the parameters imitate
-    Eigen::MatrixXd gram_;      ///< (columns, columns)
-    Eigen::VectorXd overlap_;   ///< (columns) with the residual
-    Eigen::VectorXd residual_;
+    Eigen::MatrixXd raw_;     ///< (rows, columns)
+    Eigen::MatrixXd gram_;    ///< (columns, columns) without what the parameters imitate
+    Eigen::VectorXd overlap_; ///< (columns) with the residual
 };
 
 } // namespace culm::diagnose

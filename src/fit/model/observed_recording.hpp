@@ -23,6 +23,12 @@ struct NoiseModel {
     std::vector<double> relative;
 };
 
+template <class Wire>
+void fields(Wire& wire, NoiseModel& noise) {
+    wire(noise.by_row, noise.source, noise.correlation, noise.common_share, noise.time_uncertainty,
+         noise.relative);
+}
+
 /// Errors of the readings in addition to their noise, as far as a model of the stem determines them
 /// (fit/solve/reading_errors.hpp): linear in numbers of mean 0 and standard deviation 1.
 struct ReadingErrors {
@@ -40,6 +46,16 @@ struct ReadingErrors {
     Term known;                ///< the known part of the errors; without a name
     std::vector<Term> terms;
 };
+
+template <class Wire>
+void fields(Wire& wire, ReadingErrors::Term& term) {
+    wire(term.name, term.readings, term.log_modulus, term.log_damping, term.is_of_row,
+         term.is_in_every_model);
+}
+template <class Wire>
+void fields(Wire& wire, ReadingErrors& errors) {
+    wire(errors.times, errors.known, errors.terms);
+}
 
 /// A fit weighs the readings by the noise and adds the errors to its prediction.
 struct ObservedRecording : measure::Measurement {

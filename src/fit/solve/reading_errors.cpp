@@ -27,13 +27,17 @@ double finite(double derivative) {
 
 /// Recordings whose inputs have the same name share their term.
 std::string term_name(const StatedInput& input, const measure::Measurement& measurement) {
+    const std::string& specimen =
+        measurement.specimen.empty() ? measurement.stem.id : measurement.specimen;
+    // Each specimen is clamped anew, at another height of the picture.
+    if (input.is_of_rig && input.acts == InputActs::OnRows && !measurement.rig.empty())
+        return fmt::format("{} of {} on rig {}", input.name, specimen, measurement.rig);
     if (input.is_of_rig)
         return fmt::format("{} of {}", input.name,
                            measurement.rig.empty() ? measurement.stem.id
                                                    : "rig " + measurement.rig);
     // A specimen that is clamped again has a new length, which was measured again.
-    return fmt::format("{} ({:.6g} {}) of {}", input.name, input.value, input.unit,
-                       measurement.specimen.empty() ? measurement.stem.id : measurement.specimen);
+    return fmt::format("{} ({:.6g} {}) of {}", input.name, input.value, input.unit, specimen);
 }
 
 /// The model without the errors of its readings.

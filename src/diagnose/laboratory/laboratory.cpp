@@ -1,0 +1,477 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/laboratory/laboratory.hpp"
+
+#include "core/order_statistics.hpp"
+#include "fit/solve/reading_errors.hpp"
+#include "reduce/distributions.hpp"
+#include "reduce/population_statistics.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+#include <utility>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace culm::diagnose {
+namespace {
+
+/// An effect that is less probable is not listed.
+constexpr double least_probability = 0.05;
+
+StemNumbers numbers_of_stem(const fit::Fit& fit) {
+    StemNumbers out;
+    out.rmse = fit.rmse;
+    for (const fit::FittedParameter& each : fit.parameters)
+        if (each.id == physics::bond_youngs_modulus) {
+            out.youngs_modulus = each.value;
+            out.youngs_modulus_error = each.standard_error;
+        } else if (each.id == physics::bond_damping) {
+            out.damping = each.value;
+            out.damping_error = each.standard_error;
+        }
+    return out;
+}
+
+double over_noise(const fit::Fit& fit) {
+    return std::sqrt(fit.chi_squared / static_cast<double>(std::max<std::size_t>(fit.readings, 1)));
+}
+
+/// Adds the uncertainty of the shared numbers, which the stem's own numbers follow.
+void add_shared_uncertainty(const StemFit& stem, const SharedMinimum& shared,
+                            const Eigen::MatrixXd& covariance, StemNumbers& numbers) {
+    const SharedBlock& block = stem.block;
+    if (block.names.empty())
+        return;
+    const auto rows = static_cast<Eigen::Index>(block.follow.size()) / block.size();
+    const Eigen::Map<const Eigen::MatrixXd> follow(block.follow.data(), rows, block.size());
+    std::vector<Eigen::Index> effects; // the error terms are in the budget already
+    std::vector<Eigen::Index> places;
+    for (Eigen::Index k = 0; k < block.size(); ++k)
+        if (block.names[static_cast<std::size_t>(k)].find('.') != std::string::npos) {
+            effects.push_back(k);
+            places.push_back(shared.find(block.names[static_cast<std::size_t>(k)]));
+        }
+    const Eigen::MatrixXd own = covariance(places, places);
+    for (std::size_t k = 0; k < stem.fit.parameters.size(); ++k) {
+        const auto row = static_cast<Eigen::Index>(k);
+        if (row >= rows)
+            break;
+        const Eigen::VectorXd by = follow.row(row)(effects).transpose();
+        const double added = by.dot(own * by);
+        const physics::ParameterId& id = stem.fit.parameters[k].id;
+        if (id == physics::bond_youngs_modulus)
+            numbers.youngs_modulus_error =
+                std::hypot(numbers.youngs_modulus_error, std::sqrt(added));
+        if (id == physics::bond_damping)
+            numbers.damping_error = std::hypot(numbers.damping_error, std::sqrt(added));
+    }
+}
+
+Population population_of(const std::vector<StemAnswer>& stems, StemNumbers StemAnswer::*numbers) {
+    std::vector<double> moduli;
+    std::vector<double> dampings;
+    for (const StemAnswer& stem : stems)
+        if (stem.failure.empty()) {
+            moduli.push_back((stem.*numbers).youngs_modulus);
+            dampings.push_back((stem.*numbers).damping);
+        }
+    const reduce::SampleSummary modulus = reduce::summarise(moduli);
+    const reduce::SampleSummary damping = reduce::summarise(dampings);
+    return {modulus.mean, modulus.standard_deviation, damping.mean, damping.standard_deviation,
+            reduce::fit_line(moduli, dampings).correlation};
+}
+
+/// Distances of ln value from the median, in robust standard deviations.
+void add_distances(std::vector<StemAnswer>& stems, double StemNumbers::*number,
+                   double StemAnswer::*distance) {
+    std::vector<double> logarithms;
+    for (const StemAnswer& stem : stems)
+        if (stem.failure.empty())
+            logarithms.push_back(std::log(stem.after.*number));
+    const double middle = core::median(logarithms);
+    const double scale = core::robust_deviation(logarithms);
+    for (StemAnswer& stem : stems)
+        if (stem.failure.empty() && scale > 0.0)
+            stem.*distance = (std::log(stem.after.*number) - middle) / scale;
+}
+
+class LaboratoryAnswer {
+  public:
+    LaboratoryAnswer(std::span<const Specimen> specimens, const DiagnosisOptions& options)
+        : specimens_(specimens), options_(options),
+          search_(search_laboratory(specimens, options, options.policy)) {
+        out_.policy = options.policy;
+    }
+
+    [[nodiscard]] Laboratory answer() {
+        weigh_models();
+        add_rig_effects();
+        add_own_effects();
+        add_limits();
+        add_stems();
+        conclude();
+        return std::move(out_);
+    }
+
+  private:
+    [[nodiscard]] const LaboratoryModel& best() const { return search_.visited[search_.best]; }
+
+    /// An effect of a rig, or of stems (without a rig).
+    using Key = std::pair<std::string, std::string>;
+
+    /// The effects of a model, those of stems without a rig.
+    [[nodiscard]] static std::set<Key> effects_of(const LaboratoryModel& model) {
+        std::set<Key> effects;
+        for (const RigEffect& each : model.rig_effects)
+            effects.emplace(each.effect.effect->name(), each.rig);
+        for (const fit::SelectedEffects& own : model.own)
+            for (const physics::SelectedEffect& each : own)
+                effects.emplace(each.effect->name(), "");
+        return effects;
+    }
+
+    static std::string name_of(const std::set<Key>& effects) {
+        std::vector<std::string> names;
+        for (const auto& [effect, rig] : effects)
+            names.push_back(rig.empty() ? effect + " of stems" : effect + " of rig " + rig);
+        return names.empty() ? "the published chain" : fmt::format("{}", fmt::join(names, " + "));
+    }
+
+    /// P ∝ exp(log Z/T) over the fitted models and the predictions of the others.
+    void weigh_models() {
+        std::vector<std::pair<double, std::set<Key>>> models;
+        for (const LaboratoryModel& model : search_.visited)
+            if (std::isfinite(model.log_evidence)) {
+                models.emplace_back(model.log_evidence, effects_of(model));
+                is_possible_.push_back(&model);
+            }
+        for (const LaboratoryPrediction& each : search_.unvisited) {
+            std::set<Key> effects = effects_of(search_.visited[each.base]);
+            for (const RigEffect& added : each.rig_effects)
+                effects.emplace(added.effect.effect->name(), added.rig);
+            for (const physics::SelectedEffect& added : each.own)
+                effects.emplace(added.effect->name(), "");
+            models.emplace_back(each.log_evidence, std::move(effects));
+            out_.largest_unvisited =
+                std::max(out_.largest_unvisited, each.log_evidence - best().log_evidence);
+        }
+        double sum = 0.0;
+        for (const auto& [log_evidence, effects] : models)
+            sum += std::exp((log_evidence - best().log_evidence) / options_.policy.temperature);
+        for (const auto& [log_evidence, effects] : models) {
+            const double probability =
+                std::exp((log_evidence - best().log_evidence) / options_.policy.temperature) / sum;
+            std::set<std::pair<physics::Family, std::string>> families;
+            for (const Key& key : effects) {
+                probability_[key] += probability;
+                families.emplace(family_of(key.first), key.second);
+            }
+            for (const auto& family : families)
+                family_probability_[family] += probability;
+            if (effects.empty())
+                chain_probability_ += probability;
+        }
+        std::ranges::stable_sort(is_possible_, std::greater{},
+                                 [](const LaboratoryModel* each) { return each->log_evidence; });
+        for (const LaboratoryModel* each : is_possible_) {
+            out_.models.push_back(name_of(effects_of(*each)));
+            out_.log_evidence.push_back(each->log_evidence - search_.visited.front().log_evidence);
+        }
+    }
+
+    [[nodiscard]] physics::Family family_of(const std::string& effect) const {
+        for (const fit::SelectedEffects* effects : {&options_.candidates, &options_.known})
+            for (const physics::SelectedEffect& each : *effects)
+                if (each.effect->name() == effect)
+                    return each.effect->family();
+        return physics::Family::Own;
+    }
+
+    void add_rig_effects() {
+        for (const RigEffect& each : best().rig_effects) {
+            RigAnswer& added = add_rig_effect({each.effect.effect->name(), each.rig});
+            added.is_known = each.is_known;
+            added.values = values_of(each);
+        }
+        for (const auto& [key, probability] : probability_)
+            if (!key.second.empty() && probability > least_probability &&
+                std::ranges::none_of(out_.effects, [&](const RigAnswer& each) {
+                    return each.effect == key.first && each.rig == key.second;
+                }))
+                add_rig_effect(key);
+    }
+
+    RigAnswer& add_rig_effect(const Key& key) {
+        const physics::Family family = family_of(key.first);
+        const auto of_family = family_probability_.find({family, key.second});
+        RigAnswer& added = out_.effects.emplace_back();
+        added.effect = key.first;
+        added.rig = key.second;
+        added.probability = probability_[key];
+        added.family = to_string(family);
+        added.family_probability =
+            of_family == family_probability_.end() ? added.probability : of_family->second;
+        added.stems_needed = stems_needed(key);
+        return added;
+    }
+
+    /// The log odds grow with the number of stems, as far as they come from the readings.
+    [[nodiscard]] double stems_needed(const Key& key) const {
+        const LaboratoryModel* with = nullptr;
+        const LaboratoryModel* without = nullptr;
+        for (const LaboratoryModel* each : is_possible_) {
+            const LaboratoryModel*& first = effects_of(*each).contains(key) ? with : without;
+            if (first == nullptr)
+                first = each;
+        }
+        if (with == nullptr || without == nullptr)
+            return 0.0;
+        const double wanted =
+            options_.policy.temperature *
+            std::log(options_.policy.held_probability / (1.0 - options_.policy.held_probability));
+        const double now = with->log_evidence - without->log_evidence;
+        double of_readings = 0.0;
+        double stems = 0.0;
+        for (std::size_t s = 0; s < with->stems.size(); ++s)
+            if (specimens_[s].rig == key.second && search_.stems[s].failure.empty()) {
+                of_readings += log_evidence(with->stems[s].evidence, search_.noise[s]) -
+                               log_evidence(without->stems[s].evidence, search_.noise[s]);
+                stems += 1.0;
+            }
+        if (now >= wanted || of_readings <= 0.0)
+            return 0.0;
+        return std::ceil(stems * (wanted - now) / of_readings);
+    }
+
+    [[nodiscard]] std::vector<SharedValue> values_of(const RigEffect& effect) const {
+        std::vector<SharedValue> values;
+        const SharedMinimum& shared = best().shared;
+        const Eigen::MatrixXd covariance = covariance_of(shared);
+        for (const physics::EffectParameter& each : effect.effect.effect->parameters()) {
+            const Eigen::Index at =
+                shared.find(shared_name({effect.effect.effect->name(), each.name, {}}, effect.rig));
+            if (at < 0)
+                continue;
+            const double half = reduce::normal_quantile_95 * std::sqrt(covariance(at, at));
+            const SharedPrior& prior =
+                search_.priors.at(shared.names[static_cast<std::size_t>(at)]);
+            const double one =
+                from_coordinate(each.fitted_as, std::max(shared.at(at) - half, prior.lower));
+            const double other =
+                from_coordinate(each.fitted_as, std::min(shared.at(at) + half, prior.upper));
+            values.push_back({each.name, each.unit, from_coordinate(each.fitted_as, shared.at(at)),
+                              std::min(one, other), std::max(one, other)});
+        }
+        return values;
+    }
+
+    [[nodiscard]] static Eigen::MatrixXd covariance_of(const SharedMinimum& shared) {
+        const Eigen::VectorXd scale = shared.hessian.diagonal().cwiseSqrt().cwiseInverse();
+        const Eigen::MatrixXd scaled = scale.asDiagonal() * shared.hessian * scale.asDiagonal();
+        return scale.asDiagonal() *
+               scaled.ldlt().solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols())).eval() *
+               scale.asDiagonal();
+    }
+
+    void add_own_effects() {
+        std::map<std::string, std::vector<std::string>> stems;
+        for (std::size_t s = 0; s < specimens_.size(); ++s)
+            for (const physics::SelectedEffect& each : best().own[s])
+                stems[each.effect->name()].push_back(specimens_[s].name);
+        for (auto& [effect, names] : stems)
+            out_.own.push_back({effect, probability_[{effect, ""}], std::move(names)});
+    }
+
+    /// 3 standard deviations of a size where the effect is absent, from the columns of the search.
+    void add_limits() {
+        for (std::size_t c = 0; c < options_.candidates.size(); ++c) {
+            std::map<std::string, std::vector<double>> information; // (rigs)(stems)
+            std::optional<std::pair<ParameterPrior, physics::EffectParameter>> size;
+            for (std::size_t s = 0; s < specimens_.size(); ++s)
+                if (const std::optional<double> own = information_of(c, s, size))
+                    information[specimens_[s].rig].push_back(*own);
+            for (auto& [rig, stems] : information) {
+                double sum = 0.0;
+                for (const double each : stems)
+                    sum += each;
+                const auto value = [&](double information_in_all) {
+                    return from_coordinate(size->second.fitted_as,
+                                           size->first.absent +
+                                               std::copysign(3.0 / std::sqrt(information_in_all),
+                                                             size->first.deviation));
+                };
+                out_.limits.push_back({options_.candidates[c].effect->name(), rig,
+                                       size->second.name, size->second.unit,
+                                       value(core::median(stems)), value(sum)});
+            }
+        }
+    }
+
+    /// Of the first size of a candidate of the rig, per coordinate, with the shared numbers known.
+    [[nodiscard]] std::optional<double>
+    information_of(std::size_t candidate, std::size_t stem,
+                   std::optional<std::pair<ParameterPrior, physics::EffectParameter>>& size) const {
+        const StemSurvey& survey = search_.surveys[stem];
+        if (survey.rig_columns.empty() || !survey.rig_columns[candidate].failure.empty())
+            return std::nullopt;
+        Eigen::Index column = 0;
+        for (std::size_t c = 0; c < candidate; ++c)
+            for (const EffectNode& node : survey.rig_columns[c].nodes)
+                column += static_cast<Eigen::Index>(node.columns.size());
+        const auto count = static_cast<Eigen::Index>(survey.overlap.size());
+        const Eigen::Map<const Eigen::MatrixXd> gram(survey.gram.data(), count, count);
+        for (const EffectNode& node : survey.rig_columns[candidate].nodes)
+            for (const EffectColumn& each : node.columns) {
+                if (each.parameter < survey.priors[candidate].size() &&
+                    gram(column, column) > 0.0) {
+                    const ParameterPrior& prior = survey.priors[candidate][each.parameter];
+                    size.emplace(prior, free_parameter(candidate, each.parameter));
+                    return gram(column, column) / (prior.deviation * prior.deviation);
+                }
+                ++column;
+            }
+        return std::nullopt;
+    }
+
+    [[nodiscard]] physics::EffectParameter free_parameter(std::size_t candidate,
+                                                          std::size_t wanted) const {
+        const physics::SelectedEffect& effect = options_.candidates[candidate];
+        std::vector<physics::EffectParameter> parameters = effect.effect->parameters();
+        std::size_t free = 0;
+        for (std::size_t k = 0; k < parameters.size(); ++k)
+            if (parameters[k].calibrated && !effect.fixed[k] && free++ == wanted)
+                return parameters[k];
+        return parameters.front();
+    }
+
+    // --- Stems
+
+    void add_stems() {
+        if (options_.progress)
+            options_.progress("fitting all stems with every input as stated");
+        const Eigen::MatrixXd covariance = covariance_of(best().shared);
+        std::vector<double> costs(specimens_.size(), 1.0);
+        std::vector<std::optional<StemAnswer>> answers =
+            options_.map.values(costs, [&](std::size_t s, const run::Heartbeat& heartbeat) {
+                return stem_answer(s, with_heartbeat(options_.candidate, heartbeat));
+            });
+        for (std::size_t s = 0; s < answers.size(); ++s) {
+            StemAnswer lost;
+            lost.failure = "the rank that computed it was lost";
+            StemAnswer& stem =
+                out_.stems.emplace_back(std::move(answers[s]).value_or(std::move(lost)));
+            stem.name = specimens_[s].name;
+            stem.rig = specimens_[s].rig;
+            for (const physics::SelectedEffect& each : best().own[s])
+                stem.own.push_back(each.effect->name());
+            if (stem.failure.empty())
+                add_shared_uncertainty(best().stems[s], best().shared, covariance, stem.after);
+        }
+        out_.before = population_of(out_.stems, &StemAnswer::before);
+        out_.after = population_of(out_.stems, &StemAnswer::after);
+        add_distances(out_.stems, &StemNumbers::youngs_modulus,
+                      &StemAnswer::youngs_modulus_distance);
+        add_distances(out_.stems, &StemNumbers::damping, &StemAnswer::damping_distance);
+    }
+
+    [[nodiscard]] StemAnswer stem_answer(std::size_t s, const fit::FitOptions& options) const {
+        StemAnswer out;
+        const ObservedStem& stem = search_.stems[s];
+        out.failure = stem.failure;
+        if (!out.failure.empty())
+            return out;
+        const std::vector<fit::ObservedRecording> exact =
+            fit::with_inputs_as_stated(stem.recordings);
+        const fit::Fit chain = fit::restored(stem.stated_chain, exact, options);
+        const fit::Fit judged = fit::restored(best().stems[s].fit, stem.recordings, options);
+        out.before = numbers_of_stem(chain);
+        out.over_noise_before = over_noise(chain);
+        fit::Fit stated = judged.effects.empty()
+                              ? chain
+                              : fit::as_stated(judged, chain, stem.recordings, options);
+        if (stated.failed())
+            stated = judged;
+        out.after = numbers_of_stem(stated);
+        out.over_noise = over_noise(judged);
+        const SetVerdict verdict = verdict_on(judged, stem.recordings, options_.policy);
+        out.finding = has_structure(judged, stem.recordings, options_.policy) ? verdict.finding
+                                                                              : Finding::Adequate;
+        out.tests = verdict.reason;
+        for (const fit::FittedParameter& each : stated.parameters)
+            if (each.id.is_of_effect())
+                out.own_values.push_back(each);
+        return out;
+    }
+
+    // --- Verdict
+
+    void conclude() {
+        std::vector<std::string> unexplained;
+        std::size_t fitted = 0;
+        for (const StemAnswer& stem : out_.stems) {
+            fitted += stem.failure.empty() ? 1 : 0;
+            if (stem.failure.empty() && stem.finding == Finding::Inadequate)
+                unexplained.push_back(stem.name);
+        }
+        const double held = options_.policy.held_probability;
+        std::vector<std::string> certain;
+        bool is_open = false;
+        for (const RigAnswer& each : out_.effects) {
+            if (each.is_known)
+                continue;
+            const double of_any = std::max(each.probability, each.family_probability);
+            if (of_any >= held)
+                certain.push_back(each.probability >= held ? each.effect
+                                                           : "an effect of " + each.family);
+            else
+                is_open = is_open || of_any > 1.0 - held;
+        }
+        for (const OwnAnswer& each : out_.own)
+            if (each.probability >= held)
+                certain.push_back(each.effect + " of stems");
+            else
+                is_open = true;
+        const std::set<std::string> names(certain.begin(), certain.end());
+        if (2 * unexplained.size() > fitted) {
+            out_.conclusion = Conclusion::Unknown;
+            out_.reason =
+                fmt::format("the residuals of {} of {} stems have structure that no model "
+                            "explains",
+                            unexplained.size(), fitted);
+        } else if (chain_probability_ > 1.0 - held && names.empty()) {
+            out_.conclusion = Conclusion::Adequate;
+            out_.reason = fmt::format("the published chain explains the stems (probability {:.2f})",
+                                      chain_probability_);
+        } else if (names.empty() || is_open) {
+            out_.conclusion = names.empty() ? Conclusion::Tie : Conclusion::Effect;
+            out_.reason = names.empty() ? "several explanations are possible; none is certain"
+                                        : fmt::format("certain: {}; other effects are possible",
+                                                      fmt::join(names, ", "));
+        } else {
+            out_.conclusion = Conclusion::Effect;
+            out_.reason = fmt::format("certain: {}", fmt::join(names, ", "));
+        }
+    }
+
+    std::span<const Specimen> specimens_;
+    const DiagnosisOptions& options_;
+    LaboratorySearchResult search_;
+    std::map<Key, double> probability_;
+    std::map<std::pair<physics::Family, std::string>, double> family_probability_;
+    double chain_probability_ = 0.0;
+    std::vector<const LaboratoryModel*> is_possible_; ///< fitted, the likeliest first
+    Laboratory out_;
+};
+
+} // namespace
+
+Laboratory diagnose_laboratory(std::span<const Specimen> specimens,
+                               const DiagnosisOptions& options) {
+    return LaboratoryAnswer(specimens, options).answer();
+}
+
+} // namespace culm::diagnose

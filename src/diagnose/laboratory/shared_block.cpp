@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/laboratory/shared_block.hpp"
+
+#include "diagnose/evidence/log_evidence.hpp"
+#include "fit/solve/layout.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include <Eigen/Cholesky>
+
+namespace culm::diagnose {
+namespace {
+
+/// The models of the fit with the parameters of the rig's effects free.
+fit::StartModels with_free_effects(const fit::Fit& fit, std::span<const RigEffect> effects) {
+    fit::StartModels models = fit::start_from(fit);
+    for (fit::StemModel& model : models)
+        for (const RigEffect& each : effects) {
+            const std::vector<physics::EffectParameter> parameters =
+                each.effect.effect->parameters();
+            for (std::size_t k = 0; k < parameters.size(); ++k)
+                if (parameters[k].calibrated && !each.effect.fixed[k])
+                    model.parameters.push_back(
+                        fit::effect_parameter(*each.effect.effect, model.spec.stem, k));
+        }
+    return models;
+}
+
+const RigEffect* effect_of(const physics::ParameterId& id, std::span<const RigEffect> effects) {
+    const auto found = std::ranges::find_if(effects, [&](const RigEffect& each) {
+        return id.is_of_effect() && each.effect.effect->name() == id.effect;
+    });
+    return found == effects.end() ? nullptr : &*found;
+}
+
+} // namespace
+
+std::string shared_name(const physics::ParameterId& parameter, const std::string& rig) {
+    return to_string(parameter.in_one_model()) + " of rig " + rig;
+}
+
+SharedReadings shared_readings(const fit::Fit& fit,
+                               std::span<const fit::ObservedRecording> recordings,
+                               std::span<const RigEffect> effects,
+                               const std::vector<std::string>& shared_terms,
+                               const run::Heartbeat& heartbeat) {
+    const fit::StartModels models = with_free_effects(fit, effects);
+    SharedReadings out;
+    out.stacked = effects.empty() ? stacked_readings(fit, recordings)
+                                  : stacked_readings(models, recordings, fit, heartbeat);
+    const fit::JointLayout layout =
+        fit::joint_layout(models, recordings, fit::belongs_to_recording);
+    StackedReadings& stacked = out.stacked;
+    out.columns.resize(stacked.residual.size(), stacked.jacobian.cols());
+    Eigen::Index constraint = stacked.readings();
+    for (std::size_t k = 0; k < layout.ids.size(); ++k) {
+        const auto column = static_cast<Eigen::Index>(k);
+        const fit::JointLayout::Owner& owner = layout.owners[k];
+        const fit::StemModel& model = models[owner.model];
+        const double value = model.value(owner.parameter);
+        const bool is_error = model.is_error(owner.parameter);
+        const Eigen::Index row = is_error ? constraint++ : 0;
+        const RigEffect* const effect = effect_of(layout.ids[k], effects);
+        double slope = 1.0;
+        if (effect != nullptr) {
+            const physics::FittedAs fitted_as = model.parameters[owner.parameter].fitted_as;
+            slope = coordinate_slope(fitted_as, value);
+            out.at.push_back(to_coordinate(fitted_as, value));
+            out.names.push_back(shared_name(layout.ids[k], effect->rig));
+        } else if (is_error &&
+                   std::ranges::find(shared_terms, layout.ids[k].name) != shared_terms.end()) {
+            stacked.jacobian(row, column) = 0.0;
+            stacked.residual(row) = 0.0;
+            out.at.push_back(value);
+            out.names.push_back(layout.ids[k].name);
+        } else {
+            out.own.push_back(column);
+            continue;
+        }
+        out.columns.col(static_cast<Eigen::Index>(out.shared.size())) =
+            stacked.jacobian.col(column) / slope;
+        out.shared.push_back(column);
+    }
+    out.columns.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(out.shared.size()));
+    return out;
+}
+
+SharedBlock block_of(const SharedReadings& readings) {
+    SharedBlock block{readings.names, readings.at, {}, {}, {}};
+    const Projector own(readings.stacked.jacobian(Eigen::all, readings.own));
+    const Eigen::MatrixXd remainder = own.remainder(readings.columns);
+    const Eigen::VectorXd gradient = remainder.transpose() * readings.stacked.residual;
+    const Eigen::MatrixXd information = remainder.transpose() * remainder;
+    const Eigen::MatrixXd coefficients = own.coefficients(readings.columns);
+    // The fixed model has all columns but those of the rig's effects, in the same order.
+    std::vector<Eigen::Index> places;
+    Eigen::Index count = 0;
+    for (Eigen::Index k = 0; k < readings.stacked.jacobian.cols(); ++k) {
+        const auto shared = std::ranges::find(readings.shared, k);
+        const bool is_own = shared == readings.shared.end();
+        if (is_own)
+            places.push_back(count);
+        const bool is_effect =
+            !is_own && readings.stacked.ids[static_cast<std::size_t>(k)].is_of_effect();
+        count += is_effect ? 0 : 1;
+    }
+    Eigen::MatrixXd follow = Eigen::MatrixXd::Zero(count, block.size());
+    for (std::size_t k = 0; k < places.size(); ++k)
+        follow.row(places[k]) = -coefficients.row(static_cast<Eigen::Index>(k));
+    block.gradient.assign(gradient.data(), gradient.data() + gradient.size());
+    block.information.assign(information.data(), information.data() + information.size());
+    block.follow.assign(follow.data(), follow.data() + follow.size());
+    return block;
+}
+
+Eigen::Index SharedMinimum::find(const std::string& name) const {
+    const auto found = std::ranges::find(names, name);
+    return found == names.end() ? -1 : found - names.begin();
+}
+
+namespace {
+
+/// Minimises ½ xᵀ H x − bᵀ x with x = at − mean within the bounds: a number that leaves them is
+/// set to its bound, and the others are solved for again.
+Eigen::VectorXd bounded_minimum(const Eigen::MatrixXd& hessian, const Eigen::VectorXd& right,
+                                const Eigen::VectorXd& lower, const Eigen::VectorXd& upper) {
+    Eigen::VectorXd at = Eigen::VectorXd::Zero(right.size());
+    std::vector<Eigen::Index> free;
+    for (Eigen::Index k = 0; k < right.size(); ++k)
+        free.push_back(k);
+    while (!free.empty()) {
+        Eigen::VectorXd fixed = at;
+        fixed(free).setZero();
+        const Eigen::VectorXd rest = right - hessian * fixed;
+        const Eigen::MatrixXd own = hessian(free, free);
+        const Eigen::VectorXd scale = own.diagonal().cwiseSqrt().cwiseInverse();
+        const Eigen::LDLT<Eigen::MatrixXd> factors(scale.asDiagonal() * own * scale.asDiagonal());
+        at(free) = scale.asDiagonal() * factors.solve(scale.asDiagonal() * rest(free));
+        if (std::erase_if(free, [&](Eigen::Index k) {
+                const double inside = std::clamp(at(k), lower(k), upper(k));
+                const bool is_outside = inside != at(k);
+                at(k) = inside;
+                return is_outside;
+            }) == 0)
+            break;
+    }
+    return at;
+}
+
+} // namespace
+
+SharedMinimum minimum_of(std::span<const SharedBlock> blocks, std::span<const double> variances,
+                         const std::map<std::string, SharedPrior>& priors) {
+    SharedMinimum out;
+    for (const SharedBlock& block : blocks)
+        for (const std::string& name : block.names)
+            if (out.find(name) < 0)
+                out.names.push_back(name);
+    std::ranges::sort(out.names);
+    const auto count = static_cast<Eigen::Index>(out.names.size());
+    out.hessian = Eigen::MatrixXd::Zero(count, count);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(count); // about the priors' means
+    Eigen::VectorXd mean(count);
+    Eigen::VectorXd lower(count);
+    Eigen::VectorXd upper(count);
+    for (Eigen::Index k = 0; k < count; ++k) {
+        const auto found = priors.find(out.names[static_cast<std::size_t>(k)]);
+        const SharedPrior prior = found == priors.end() ? SharedPrior{} : found->second;
+        mean(k) = prior.mean;
+        out.hessian(k, k) = prior.precision;
+        lower(k) = prior.lower - prior.mean;
+        upper(k) = prior.upper - prior.mean;
+    }
+    std::vector<std::vector<Eigen::Index>> places;
+    for (std::size_t s = 0; s < blocks.size(); ++s) {
+        const SharedBlock& block = blocks[s];
+        std::vector<Eigen::Index>& place = places.emplace_back();
+        for (const std::string& name : block.names)
+            place.push_back(out.find(name));
+        const Eigen::Map<const Eigen::MatrixXd> information(block.information.data(), block.size(),
+                                                            block.size());
+        const Eigen::Map<const Eigen::VectorXd> at(block.at.data(), block.size());
+        const Eigen::Map<const Eigen::VectorXd> gradient(block.gradient.data(), block.size());
+        out.hessian(place, place) += information / variances[s];
+        right(place) += (gradient + information * (at - mean(place))) / variances[s];
+    }
+    const Eigen::VectorXd change = bounded_minimum(out.hessian, right, lower, upper);
+    out.at = mean + change;
+    for (std::size_t s = 0; s < blocks.size(); ++s) {
+        const SharedBlock& block = blocks[s];
+        const Eigen::Map<const Eigen::MatrixXd> information(block.information.data(), block.size(),
+                                                            block.size());
+        const Eigen::Map<const Eigen::VectorXd> gradient(block.gradient.data(), block.size());
+        const Eigen::VectorXd move =
+            out.at(places[s]) - Eigen::Map<const Eigen::VectorXd>(block.at.data(), block.size());
+        out.stem_changes.push_back((gradient.dot(move) - 0.5 * move.dot(information * move)) /
+                                   variances[s]);
+    }
+    return out;
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,278 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/laboratory/stem_fit.hpp"
+
+#include "core/error.hpp"
+#include "diagnose/evidence/linear_evidence.hpp"
+#include "diagnose/planned_model.hpp"
+#include "fit/solve/reading_errors.hpp"
+#include "fit/start/starts.hpp"
+#include "physics/effects/library.hpp"
+#include "run/modes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <utility>
+
+#include <fmt/format.h>
+
+namespace culm::diagnose {
+namespace {
+
+template <class T>
+std::optional<T> value_of(const std::shared_ptr<const T>& pointer) {
+    return pointer ? std::optional<T>(*pointer) : std::nullopt;
+}
+template <class T>
+std::shared_ptr<const T> pointer_to(std::optional<T> value) {
+    return value ? std::make_shared<const T>(*std::move(value)) : nullptr;
+}
+
+StemBaseline travelling(fit::BaselineFit baseline) {
+    StemBaseline out;
+    if (baseline.fit.failed()) {
+        out.failure = baseline.fit.reason;
+        return out;
+    }
+    for (const fit::ObservedRecording& recording : baseline.recordings) {
+        out.noise_models.push_back(value_of(recording.noise_model));
+        out.errors.push_back(value_of(recording.errors));
+    }
+    for (const fit::RecordingFit& part : baseline.fit.parts)
+        out.noise.push_back(part.noise);
+    out.chain = fit::numbers_of(baseline.fit);
+    out.stated_chain = fit::numbers_of(baseline.stated);
+    return out;
+}
+
+/// Numbers of a fit that includes all its parts.
+StemFit finished(fit::Fit fit, const ObservedStem& stem, const StemEffects& effects,
+                 const fit::FitOptions& options) {
+    StemFit out;
+    if (!fit.failed()) {
+        out.evidence = evidence_of(fit, stem.recordings, effects.given());
+        out.block = block_of(shared_readings(fit, stem.recordings, effects.rig,
+                                             effects.shared_terms, options.heartbeat));
+    }
+    out.fit = fit::numbers_of(fit);
+    return out;
+}
+
+/// Models with the numbers of `from`. Effects that it does not have change the first mode, so Y
+/// and β keep it.
+fit::StartModels start_models(const ObservedStem& stem, const fit::SelectedEffects& effects,
+                              const fit::Fit& from, const fit::FitOptions& options) {
+    fit::Fit wanted = from;
+    wanted.effects = effects;
+    fit::StartModels models = fit::models_of(wanted, stem.recordings, options);
+    const bool has_new = std::ranges::any_of(
+        effects, [&](const auto& each) { return !fit::contains(from.effects, each); });
+    if (!has_new || models.size() > 1)
+        return models;
+    const fit::StartModels before = fit::models_of(from, stem.recordings, options);
+    const auto modes = run::chain_modes(before.front().spec, 1);
+    const double damping = models.front().spec.stem.bond_damping;
+    if (!modes.empty())
+        fit::keep_first_mode(modes.front(), models.front());
+    models.front().spec.stem.bond_damping = damping;
+    return models;
+}
+
+void scale_readings(double factor, StackedReadings& stacked) {
+    stacked.jacobian.topRows(stacked.readings()) *= factor;
+    stacked.residual.head(stacked.readings()) *= factor;
+}
+
+} // namespace
+
+std::vector<Specimen> specimens_of(std::span<const measure::Measurement> measurements) {
+    std::vector<Specimen> specimens;
+    for (const measure::Measurement& recording : measurements) {
+        const std::string& name =
+            recording.specimen.empty() ? recording.stem.id : recording.specimen;
+        auto found = std::ranges::find(specimens, name, &Specimen::name);
+        if (found == specimens.end())
+            found = specimens.insert(specimens.end(), {name, recording.rig, {}});
+        if (found->rig != recording.rig)
+            throw core::InputError(
+                fmt::format("{} and {} are recordings of specimen \"{}\" on different rigs "
+                            "(\"{}\", \"{}\"): a stem of a laboratory is on one rig; diagnose the "
+                            "specimen alone, or correct stem.rig in stem.toml",
+                            found->recordings.front().stem.id, recording.stem.id, name, found->rig,
+                            recording.rig));
+        found->recordings.push_back(recording);
+    }
+    return specimens;
+}
+
+StemBaseline baseline_of(const Specimen& specimen, const fit::FitOptions& options) {
+    try {
+        return travelling(fit::fit_baseline(specimen.recordings, options));
+    } catch (const core::NumericalError& error) {
+        return {error.what(), {}, {}, {}, {}, {}};
+    }
+}
+
+ObservedStem observed_stem(const Specimen& specimen, StemBaseline baseline) {
+    ObservedStem stem{std::move(baseline.failure), fit::observed(specimen.recordings),
+                      std::move(baseline.chain), std::move(baseline.stated_chain),
+                      std::move(baseline.noise)};
+    for (std::size_t m = 0; m < baseline.noise_models.size(); ++m) {
+        stem.recordings[m].noise_model = pointer_to(std::move(baseline.noise_models[m]));
+        stem.recordings[m].errors = pointer_to(std::move(baseline.errors[m]));
+    }
+    return stem;
+}
+
+std::optional<StemBaseline> baseline_beside_noise_of(const fit::Fit& best, const Specimen& specimen,
+                                                     const ObservedStem& stem,
+                                                     const fit::FitOptions& options) {
+    const std::vector<fit::ObservedRecording> exact = fit::with_inputs_as_stated(stem.recordings);
+    fit::BaselineFit before{stem.recordings, fit::restored(stem.chain, stem.recordings, options),
+                            fit::restored(stem.stated_chain, exact, options)};
+    before.alone = before.stated.parts;
+    std::optional<fit::BaselineFit> again = fit::baseline_beside_noise_of(
+        fit::restored(best, stem.recordings, options), before, specimen.recordings, options);
+    if (!again || again->fit.failed())
+        return std::nullopt;
+    return travelling(*std::move(again));
+}
+
+fit::SelectedEffects StemEffects::given() const {
+    fit::SelectedEffects effects = known;
+    for (const RigEffect& each : rig) {
+        physics::SelectedEffect selected = each.effect;
+        const std::vector<physics::EffectParameter> parameters = selected.effect->parameters();
+        for (std::size_t k = 0; k < parameters.size(); ++k)
+            if (parameters[k].calibrated)
+                selected.fixed[k] = each.values[k];
+        effects.push_back(std::move(selected));
+    }
+    return effects;
+}
+
+fit::SelectedEffects StemEffects::all() const {
+    fit::SelectedEffects effects = given();
+    effects.insert(effects.end(), own.begin(), own.end());
+    return effects;
+}
+
+StemFit fit_stem(const ObservedStem& stem, const StemEffects& effects, const fit::Fit& from,
+                 const Eigen::VectorXd& change, const fit::FitOptions& options) {
+    fit::Fit fit;
+    const fit::SelectedEffects all = effects.all();
+    try {
+        fit::StartModels models = start_models(stem, all, from, options);
+        if (change.size() > 0)
+            models = moved(std::move(models),
+                           fit::joint_layout(models, stem.recordings, fit::belongs_to_recording),
+                           change);
+        fit::JointOptions joint;
+        joint.chain.window = options.window;
+        joint.chain.is_first_guess = false;
+        joint.chain.heartbeat = options.heartbeat;
+        joint.belongs_to_recording = fit::belongs_to_recording;
+        joint.noise = stem.noise;
+        fit = fit::fit_jointly(models, stem.recordings, joint);
+        if (fit.failed())
+            fit = fit::fit_jointly(fit::start_from(fit), stem.recordings, joint);
+    } catch (const core::NumericalError& error) {
+        fit.status = fit::FitStatus::Failed;
+        fit.reason = error.what();
+    }
+    fit.effects = all;
+    fit.names = fit::model_names(fit::in_library_order(all));
+    return finished(std::move(fit), stem, effects, options);
+}
+
+StemFit fit_stem_from_starts(const ObservedStem& stem, const StemEffects& effects,
+                             const fit::Fit& from, const fit::FitOptions& options) {
+    const fit::Fit smaller = fit::restored(from, stem.recordings, options);
+    FittedModel found = fit_planned({effects.all(), not_predicted, {}}, smaller, stem.recordings,
+                                    effects.given(), options);
+    found.fit.effects = effects.all();
+    if (found.fit.failed())
+        return {std::move(found.fit), {}, {}};
+    return finished(fit::restored(found.fit, stem.recordings, options), stem, effects, options);
+}
+
+StemSurvey survey_of(const ObservedStem& stem, const StemEffects& effects, const fit::Fit& numbers,
+                     bool has_rig, const fit::SelectedEffects& candidates,
+                     const fit::FitOptions& options) {
+    const fit::Fit base = fit::restored(numbers, stem.recordings, options);
+    StackedReadings stacked = readings_to_compare(base, stem.recordings, options.heartbeat);
+    StemSurvey out;
+    std::vector<CandidateView> views;
+    for (const physics::SelectedEffect& candidate : candidates) {
+        fit::SelectedEffects larger = base.effects;
+        larger.push_back(candidate);
+        CandidateView& view = views.emplace_back(candidate, EffectColumns{});
+        if (fit::contains(base.effects, candidate))
+            view.columns.failure = "it is in the model";
+        else if (!can_be_combined(larger))
+            view.columns.failure = "it cannot be combined with the model";
+        else
+            view.columns = effect_columns(base, stacked, candidate, stem.recordings, options);
+        std::vector<ParameterPrior>& priors = out.priors.emplace_back();
+        if (!view.columns.failure.empty())
+            continue;
+        const fit::StemModel model =
+            candidate_model(base.parts.front().model, {candidate}, stem.recordings.front());
+        for (const fit::FreeParameter& parameter : model.parameters)
+            if (parameter.access.id.effect == candidate.effect->name())
+                priors.push_back(prior_of(parameter, model));
+    }
+    SharedReadings shared = shared_readings(base, stem.recordings, effects.rig,
+                                            effects.shared_terms, options.heartbeat);
+    // The residual of the best model is noise to all larger ones.
+    const double weight = 1.0 / std::sqrt(noise_scale_of(base).mean_known());
+    scale_readings(weight, stacked);
+    scale_readings(weight, shared.stacked);
+    shared.columns.topRows(stacked.readings()) *= weight;
+    for (CandidateView& view : views)
+        for (EffectNode& node : view.columns.nodes)
+            for (EffectColumn& column : node.columns)
+                for (double& reading : column.readings)
+                    reading *= weight;
+    const LinearEvidence alone(stacked, views);
+    for (std::size_t k = 0; k < views.size(); ++k) {
+        const std::size_t one[] = {k};
+        out.own_gains.push_back(views[k].columns.failure.empty()
+                                    ? alone.gain(one).log_evidence - log_prior_odds()
+                                    : -std::numeric_limits<double>::infinity());
+    }
+    out.shared = shared.names;
+    out.shared_at = shared.at;
+    std::vector<const EffectColumn*> columns;
+    for (CandidateView& view : views) {
+        const bool is_of_rig =
+            has_rig && view.effect.effect->belongs_to() == physics::BelongsTo::Rig;
+        if (!is_of_rig && view.columns.failure.empty())
+            view.columns = {"it is of the stem", {}};
+        for (const EffectNode& node : view.columns.nodes)
+            for (const EffectColumn& column : node.columns)
+                columns.push_back(&column);
+    }
+    const auto count = static_cast<Eigen::Index>(columns.size());
+    Eigen::MatrixXd all(stacked.residual.size(), count + shared.columns.cols());
+    for (Eigen::Index k = 0; k < count; ++k)
+        all.col(k) = Eigen::Map<const Eigen::VectorXd>(
+            columns[static_cast<std::size_t>(k)]->readings.data(), all.rows());
+    all.rightCols(shared.columns.cols()) = shared.columns;
+    const Projector own(shared.stacked.jacobian(Eigen::all, shared.own));
+    const Eigen::MatrixXd remainder = own.remainder(all);
+    const Eigen::MatrixXd gram = remainder.transpose() * remainder;
+    const Eigen::VectorXd overlap = remainder.transpose() * shared.stacked.residual;
+    out.gram.assign(gram.data(), gram.data() + gram.size());
+    out.overlap.assign(overlap.data(), overlap.data() + overlap.size());
+    for (CandidateView& view : views) {
+        for (EffectNode& node : view.columns.nodes)
+            for (EffectColumn& column : node.columns)
+                column.readings.clear();
+        out.rig_columns.push_back(std::move(view.columns));
+    }
+    return out;
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "present/laboratory.hpp"
+
+#include "present/files.hpp"
+#include "present/parameters.hpp"
+#include "present/text.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <vector>
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+namespace culm::present {
+namespace {
+
+using diagnose::Laboratory;
+using diagnose::StemAnswer;
+using nlohmann::json;
+
+constexpr double pascals_per_gpa = 1e9;
+
+std::string with_unit(double value, const std::string& unit) {
+    return fmt::format("{:.3g}{}{}", value, unit.empty() ? "" : " ", unit);
+}
+
+std::string header(const Laboratory& laboratory) {
+    std::map<std::string, std::size_t> rigs;
+    std::size_t left_out = 0;
+    for (const StemAnswer& stem : laboratory.stems) {
+        ++rigs[stem.rig];
+        left_out += stem.failure.empty() ? 0 : 1;
+    }
+    std::vector<std::string> places;
+    for (const auto& [rig, count] : rigs)
+        places.push_back(rig.empty() ? fmt::format("{} without a stated rig", count)
+                                     : fmt::format("{} on rig {}", count, rig));
+    std::string text =
+        fmt::format("{}: {}", counted(laboratory.stems.size(), "stem"), fmt::join(places, ", "));
+    if (left_out > 0)
+        text += fmt::format("; {} left out", left_out);
+    return text + "\n\n";
+}
+
+std::string headline(const Laboratory& laboratory, const TextStyle& style) {
+    std::string word(to_string(laboratory.conclusion));
+    std::ranges::transform(word, word.begin(),
+                           [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
+    return style.headline(result_lines("", word + ": " + laboratory.reason + "."));
+}
+
+std::string effect_lines(const diagnose::RigAnswer& effect) {
+    std::string text;
+    if (effect.is_known)
+        text = fmt::format("  {} of rig {}, known\n", effect.effect, effect.rig);
+    else
+        text = fmt::format(
+            "  {} of rig {}, probability {:.2f}{}{}\n", effect.effect, effect.rig,
+            effect.probability,
+            effect.family_probability > effect.probability + 0.005
+                ? fmt::format(" ({} of {})", number_cell(effect.family_probability, 2),
+                              effect.family)
+                : "",
+            effect.stems_needed > 0.0
+                ? fmt::format("; about {:.0f} stems like these would decide", effect.stems_needed)
+                : "");
+    for (const diagnose::SharedValue& value : effect.values)
+        text += fmt::format("    {:<38} {}  (95 %: {:.3g} to {:.3g})\n",
+                            effect.effect + "." + value.name, with_unit(value.value, value.unit),
+                            value.lower, value.upper);
+    return text;
+}
+
+std::string population_lines(const Laboratory& laboratory) {
+    const diagnose::Population& before = laboratory.before;
+    const diagnose::Population& after = laboratory.after;
+    return fmt::format(
+        "  Y: mean {:.4g} GPa, scatter {:.3g} GPa before; {:.4g}, {:.3g} after ({} in the mean)\n"
+        "  beta: mean {:.4g}, scatter {:.3g} before; {:.4g}, {:.3g} after ({})\n"
+        "  correlation of Y and beta: {:.2f} before, {:.2f} after\n",
+        before.mean_modulus / pascals_per_gpa, before.modulus_scatter / pascals_per_gpa,
+        after.mean_modulus / pascals_per_gpa, after.modulus_scatter / pascals_per_gpa,
+        percent_text(after.mean_modulus / before.mean_modulus - 1.0), before.mean_damping,
+        before.damping_scatter, after.mean_damping, after.damping_scatter,
+        percent_text(after.mean_damping / before.mean_damping - 1.0), before.correlation,
+        after.correlation);
+}
+
+/// One line for each stem that is unlike the others.
+std::string remarkable_stems(const Laboratory& laboratory) {
+    std::string text;
+    for (const StemAnswer& stem : laboratory.stems) {
+        std::vector<std::string> remarks;
+        if (!stem.failure.empty())
+            remarks.push_back("left out: " + stem.failure);
+        if (stem.failure.empty() && stem.finding == diagnose::Finding::Inadequate)
+            remarks.push_back(fmt::format("not explained: residual {:.2f} of the noise ({})",
+                                          stem.over_noise, stem.tests));
+        if (std::abs(stem.youngs_modulus_distance) > diagnose::outlier_distance)
+            remarks.push_back(fmt::format("Y is {:.1f} deviations from the median",
+                                          stem.youngs_modulus_distance));
+        if (std::abs(stem.damping_distance) > diagnose::outlier_distance)
+            remarks.push_back(
+                fmt::format("beta is {:.1f} deviations from the median", stem.damping_distance));
+        if (!remarks.empty())
+            text += result_lines("  ", fmt::format("{}: {}", stem.name, fmt::join(remarks, "; ")));
+    }
+    return text;
+}
+
+std::string limit_sentence(const Laboratory& laboratory) {
+    std::vector<std::string> limits;
+    for (const diagnose::SharedLimit& limit : laboratory.limits)
+        if (std::isfinite(limit.of_all))
+            limits.push_back(fmt::format("{} {} (one stem {:.2g})", limit.effect,
+                                         with_unit(limit.of_all, limit.unit), limit.of_one));
+    return limits.empty() ? ""
+                          : wrapped("detection limits of all stems (3 sigma): ",
+                                    fmt::format("{}", fmt::join(limits, ", ")), result_width - 42);
+}
+
+std::string stem_table(const Laboratory& laboratory) {
+    std::string text = "\nstem          Y before      Y after (GPa)      beta before    beta after"
+                       "      residual/noise  own effects\n";
+    for (const StemAnswer& stem : laboratory.stems)
+        text += stem.failure.empty()
+                    ? fmt::format("{:<12} {:>9.4g}   {:>9.4g} ± {:<9.2g} {:>9.4g}   {:>9.4g} ± "
+                                  "{:<9.2g} {:>5.2f} {:>5.2f}  {}\n",
+                                  stem.name, stem.before.youngs_modulus / pascals_per_gpa,
+                                  stem.after.youngs_modulus / pascals_per_gpa,
+                                  1.96 * stem.after.youngs_modulus_error / pascals_per_gpa,
+                                  stem.before.damping, stem.after.damping,
+                                  1.96 * stem.after.damping_error, stem.over_noise_before,
+                                  stem.over_noise, fmt::join(stem.own, ", "))
+                    : fmt::format("{:<12} left out\n", stem.name);
+    text += "\nmodels, log evidence over the published chain\n";
+    for (std::size_t k = 0; k < laboratory.models.size(); ++k)
+        text += fmt::format("{:>10.1f}  {}\n", laboratory.log_evidence[k], laboratory.models[k]);
+    return text;
+}
+
+json numbers_json(const diagnose::StemNumbers& numbers) {
+    return {{"bond_youngs_modulus_pa", number(numbers.youngs_modulus)},
+            {"bond_youngs_modulus_standard_error_pa", number(numbers.youngs_modulus_error)},
+            {"bond_damping", number(numbers.damping)},
+            {"bond_damping_standard_error", number(numbers.damping_error)},
+            {"rms_mm", number(1e3 * numbers.rmse)}};
+}
+
+json population_json(const diagnose::Population& population) {
+    return {{"mean_youngs_modulus_pa", number(population.mean_modulus)},
+            {"youngs_modulus_standard_deviation_pa", number(population.modulus_scatter)},
+            {"mean_damping", number(population.mean_damping)},
+            {"damping_standard_deviation", number(population.damping_scatter)},
+            {"correlation", number(population.correlation)}};
+}
+
+json stem_json(const StemAnswer& stem) {
+    if (!stem.failure.empty())
+        return {{"specimen", stem.name}, {"rig", stem.rig}, {"failure", stem.failure}};
+    return {{"specimen", stem.name},
+            {"rig", stem.rig},
+            {"before", numbers_json(stem.before)},
+            {"after", numbers_json(stem.after)},
+            {"over_noise_before", number(stem.over_noise_before)},
+            {"over_noise", number(stem.over_noise)},
+            {"finding", std::string(to_string(stem.finding))},
+            {"failed_tests", stem.tests},
+            {"own_effects", stem.own},
+            {"own_parameters", array_of(stem.own_values,
+                                        [](const fit::FittedParameter& each) {
+                                            return json{
+                                                {"name", to_string(each.id)},
+                                                {"value", number(each.value)},
+                                                {"standard_error", number(each.standard_error)}};
+                                        })},
+            {"youngs_modulus_distance", number(stem.youngs_modulus_distance)},
+            {"damping_distance", number(stem.damping_distance)}};
+}
+
+json effect_json(const diagnose::RigAnswer& effect) {
+    return {{"effect", effect.effect},
+            {"rig", effect.rig},
+            {"known", effect.is_known},
+            {"probability", number(effect.probability)},
+            {"family", effect.family},
+            {"family_probability", number(effect.family_probability)},
+            {"stems_needed", number(effect.stems_needed)},
+            {"parameters", array_of(effect.values, [](const diagnose::SharedValue& value) {
+                 return json{{"name", value.name},
+                             {"unit", value.unit},
+                             {"value", number(value.value)},
+                             {"interval_95", bounds_json(value)}};
+             })}};
+}
+
+} // namespace
+
+json laboratory_json(const Laboratory& laboratory) {
+    json models = array_of_count(laboratory.models.size(), [&](std::size_t k) {
+        return json{{"model", laboratory.models[k]},
+                    {"log_evidence", number(laboratory.log_evidence[k])}};
+    });
+    return {{"format", "culm-laboratory"},
+            {"version", 1},
+            {"conclusion", std::string(to_string(laboratory.conclusion))},
+            {"reason", laboratory.reason},
+            {"rig_effects", array_of(laboratory.effects, effect_json)},
+            {"stem_effects", array_of(laboratory.own,
+                                      [](const diagnose::OwnAnswer& own) {
+                                          return json{{"effect", own.effect},
+                                                      {"probability", number(own.probability)},
+                                                      {"specimens", own.stems}};
+                                      })},
+            {"population",
+             {{"before", population_json(laboratory.before)},
+              {"after", population_json(laboratory.after)}}},
+            {"stems", array_of(laboratory.stems, stem_json)},
+            {"detection_limits", array_of(laboratory.limits,
+                                          [](const diagnose::SharedLimit& limit) {
+                                              return json{{"effect", limit.effect},
+                                                          {"rig", limit.rig},
+                                                          {"parameter", limit.parameter},
+                                                          {"unit", limit.unit},
+                                                          {"one_stem", number(limit.of_one)},
+                                                          {"all_stems", number(limit.of_all)}};
+                                          })},
+            {"models", std::move(models)},
+            {"largest_unvisited_log_evidence", number(laboratory.largest_unvisited)}};
+}
+
+std::string laboratory_text(const Laboratory& laboratory, bool with_details,
+                            const TextStyle& style) {
+    std::string text = header(laboratory) + headline(laboratory, style);
+    for (const diagnose::RigAnswer& effect : laboratory.effects)
+        text += effect_lines(effect);
+    for (const diagnose::OwnAnswer& own : laboratory.own)
+        text += result_lines("  ", fmt::format("{} of stems, probability {:.2f}: {}", own.effect,
+                                               own.probability, fmt::join(own.stems, ", ")));
+    text += population_lines(laboratory) + remarkable_stems(laboratory) + "\n" +
+            limit_sentence(laboratory);
+    return with_details ? text + stem_table(laboratory) : text;
+}
+
+} // namespace culm::present

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The results of culm diagnose for several specimens (docs/diagnosis.md, "Laboratories").
+#pragma once
+
+#include "diagnose/laboratory/laboratory.hpp"
+#include "present/text_style.hpp"
+
+#include <string>
+
+#include <nlohmann/json.hpp>
+
+namespace culm::present {
+
+/// docs/schemas/laboratory.schema.json, except options, folders and provenance.
+[[nodiscard]] nlohmann::json laboratory_json(const diagnose::Laboratory& laboratory);
+
+/// The verdict, the effects, Y and β over the stems, and the remarkable stems. `with_details`: also
+/// the table of all stems and of the fitted models.
+[[nodiscard]] std::string laboratory_text(const diagnose::Laboratory& laboratory, bool with_details,
+                                          const TextStyle& style);
+
+} // namespace culm::present

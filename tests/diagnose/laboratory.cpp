@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/laboratory/laboratory.hpp"
+
+#include "beam_generator/recording.hpp"
+#include "core/error.hpp"
+#include "diagnosis_records.hpp"
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+namespace culm::tests {
+namespace {
+
+using diagnose::Conclusion;
+
+/// A linear stem: three own numbers, one shared number and one shared error term.
+diagnose::SharedReadings linear_stem(int seed, double at, double term) {
+    std::srand(static_cast<unsigned>(seed));
+    diagnose::SharedReadings stem;
+    stem.stacked.jacobian = Eigen::MatrixXd::Random(40, 5);
+    stem.stacked.residual = Eigen::VectorXd::Random(40);
+    stem.stacked.ids = {
+        {{}, "a", {}}, {{}, "b", {}}, {{}, "c", {}}, {"drag", "c", {}}, {{}, "scale", {}}};
+    stem.own = {0, 1, 2};
+    stem.shared = {3, 4};
+    stem.names = {"drag.c of rig A", "scale of rig A"};
+    stem.at = {at, term};
+    stem.columns = stem.stacked.jacobian.rightCols(2);
+    return stem;
+}
+
+// One least-squares problem of all stems' own and shared numbers at once.
+TEST(SharedMinimum, IsTheLeastSquaresSolutionOfAllStemsTogether) {
+    const std::vector<double> variances{1.0, 2.0, 0.5};
+    const std::vector<double> terms{0.3, -0.2, 0.1};
+    constexpr double at = 0.7;
+    constexpr double mean = 0.2;
+    constexpr double precision = 5.0;
+    std::vector<diagnose::SharedBlock> blocks;
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(122, 11);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(122);
+    for (int s = 0; s < 3; ++s) {
+        const auto k = static_cast<std::size_t>(s);
+        const diagnose::SharedReadings stem = linear_stem(s, at, terms[k]);
+        blocks.push_back(block_of(stem));
+        const double weight = 1.0 / std::sqrt(variances[k]);
+        all.block(40 * s, 3 * s, 40, 3) = weight * stem.stacked.jacobian.leftCols(3);
+        all.block(40 * s, 9, 40, 2) = weight * stem.columns;
+        // The residual at the shared numbers' origin.
+        right.segment(40 * s, 40) =
+            weight * (stem.stacked.residual + stem.columns * Eigen::Vector2d(at, terms[k]));
+    }
+    all(120, 9) = std::sqrt(precision);
+    right(120) = std::sqrt(precision) * mean;
+    all(121, 10) = 1.0;
+    const diagnose::SharedMinimum found =
+        minimum_of(blocks, variances, {{"drag.c of rig A", {mean, precision}}});
+    const Eigen::VectorXd expected = all.colPivHouseholderQr().solve(right);
+    ASSERT_EQ(found.names.size(), 2u);
+    EXPECT_NEAR(found.at(0), expected(9), 1e-10);
+    EXPECT_NEAR(found.at(1), expected(10), 1e-10);
+    const Eigen::MatrixXd covariance = (all.transpose() * all).inverse();
+    EXPECT_NEAR(found.hessian.inverse()(0, 0), covariance(9, 9), 1e-10);
+    // The own numbers follow.
+    const Eigen::Map<const Eigen::MatrixXd> follow(blocks[0].follow.data(), 4, 2);
+    const Eigen::VectorXd own = linear_stem(0, at, terms[0])
+                                    .stacked.jacobian.leftCols(3)
+                                    .colPivHouseholderQr()
+                                    .solve(linear_stem(0, at, terms[0]).stacked.residual);
+    for (Eigen::Index k = 0; k < 3; ++k)
+        EXPECT_NEAR(own(k) + follow(k, 0) * (found.at(0) - at) +
+                        follow(k, 1) * (found.at(1) - terms[0]),
+                    expected(k), 1e-9);
+}
+
+TEST(SharedMinimum, StaysWithinTheBounds) {
+    const std::vector<diagnose::SharedBlock> blocks{block_of(linear_stem(1, 0.0, 0.0))};
+    const std::vector<double> variances{1.0};
+    const double free = minimum_of(blocks, variances, {}).at(0);
+    const double bound = free > 0.0 ? 0.5 * free : -1e-3;
+    diagnose::SharedPrior prior;
+    prior.upper = bound;
+    EXPECT_DOUBLE_EQ(minimum_of(blocks, variances, {{"drag.c of rig A", prior}}).at(0),
+                     std::min(free, bound));
+}
+
+TEST(Presence, IsAProbabilityOverAllSetsOfStems) {
+    constexpr std::size_t stems = 12;
+    double sum = 0.0;
+    double choices = 1.0;
+    for (std::size_t with = 0; with <= stems; ++with) {
+        sum += choices * std::exp(diagnose::log_presence(with, stems));
+        choices *= static_cast<double>(stems - with) / static_cast<double>(with + 1);
+    }
+    EXPECT_NEAR(sum, 1.0, 1e-12);
+}
+
+TEST(Presence, IsCertainWhereTheReadingsAre) {
+    const std::vector<double> gains{30.0, -2.0, -2.0, -2.0, -2.0, -2.0};
+    const diagnose::Presence found = diagnose::presence_of(gains);
+    EXPECT_GT(found.probability.front(), 0.99);
+    EXPECT_LT(found.probability.back(), 0.1);
+}
+
+/// A stem whose material and size depend on its number.
+beam::RecordingSpec stem_of_laboratory(int number, double drag) {
+    beam::RecordingSpec spec;
+    spec.id = "L" + std::to_string(number);
+    spec.stem.length = 0.150 + 0.004 * number;
+    spec.stem.diameter = (2.6 + 0.1 * number) * 1e-3;
+    spec.stem.youngs_modulus = (2.0 + 0.3 * number) * 1e9;
+    spec.heights = beam::even_heights(spec.stem.length, 6);
+    spec.duration = 0.25;
+    spec.errors.noise = 0.1e-3;
+    spec.seed = 10 + static_cast<std::uint64_t>(number);
+    if (drag > 0.0)
+        spec.effects = {{"quadratic_drag", {{"drag_coefficient", drag}}}};
+    return spec;
+}
+
+std::vector<diagnose::Specimen> laboratory(std::vector<beam::RecordingSpec> specs) {
+    std::vector<measure::Measurement> recordings;
+    for (const beam::RecordingSpec& spec : specs) {
+        recordings.push_back(beam::record(spec));
+        recordings.back().rig = "A";
+    }
+    return diagnose::specimens_of(recordings);
+}
+
+TEST(Specimens, AreTheRecordingsUnlessTheyNameOne) {
+    std::vector<measure::Measurement> recordings(3);
+    recordings[0].stem.id = "a";
+    recordings[1].stem.id = "b";
+    recordings[2].stem.id = "c";
+    recordings[2].specimen = "a";
+    const std::vector<diagnose::Specimen> found = diagnose::specimens_of(recordings);
+    ASSERT_EQ(found.size(), 2u);
+    EXPECT_EQ(found[0].recordings.size(), 2u);
+    EXPECT_EQ(found[1].name, "b");
+    recordings[2].rig = "B";
+    EXPECT_THROW(static_cast<void>(diagnose::specimens_of(recordings)), core::InputError);
+}
+
+TEST(Laboratory, SharesTheDragOfARigAndFindsTheMassOfOneStem) {
+    constexpr double drag = 1.1;
+    std::vector<beam::RecordingSpec> specs;
+    for (int k = 0; k < 4; ++k)
+        specs.push_back(stem_of_laboratory(k, drag));
+    const double mass = 0.5 * specs[2].stem.mass_per_length() * specs[2].stem.length;
+    specs[2].effects.push_back({"tip_mass", {{"mass_kg", mass}}});
+    diagnose::DiagnosisOptions options = quick_diagnosis("quadratic_drag,tip_mass");
+    options.candidate.chain.spheres = 24;
+    const diagnose::Laboratory found = diagnose_laboratory(laboratory(specs), options);
+    EXPECT_EQ(found.conclusion, Conclusion::Effect) << found.reason;
+    ASSERT_EQ(found.effects.size(), 1u);
+    EXPECT_EQ(found.effects.front().effect, "quadratic_drag");
+    EXPECT_GT(found.effects.front().probability, 0.95);
+    const diagnose::SharedValue& value = found.effects.front().values.front();
+    EXPECT_LT(value.lower, drag);
+    EXPECT_GT(value.upper, drag);
+    EXPECT_LT(value.upper - value.lower, 0.3 * drag);
+    ASSERT_EQ(found.own.size(), 1u);
+    EXPECT_EQ(found.own.front().stems, (std::vector<std::string>{"L2"}));
+    ASSERT_EQ(found.stems[2].own_values.size(), 1u);
+    const fit::FittedParameter& own = found.stems[2].own_values.front();
+    EXPECT_NEAR(own.value, mass, 3.0 * own.standard_error);
+    EXPECT_LT(own.standard_error, 0.2 * mass);
+    for (const diagnose::StemAnswer& stem : found.stems) {
+        EXPECT_TRUE(stem.failure.empty()) << stem.failure;
+        EXPECT_LT(stem.over_noise, 1.1);
+    }
+}
+
+TEST(Laboratory, NamesNothingWhereTheChainIsRight) {
+    std::vector<beam::RecordingSpec> specs;
+    for (int k = 0; k < 4; ++k)
+        specs.push_back(stem_of_laboratory(k, 0.0));
+    diagnose::DiagnosisOptions options = quick_diagnosis("quadratic_drag,clamp_compliance,taper");
+    options.candidate.chain.spheres = 24;
+    const diagnose::Laboratory found = diagnose_laboratory(laboratory(specs), options);
+    EXPECT_EQ(found.conclusion, Conclusion::Adequate) << found.reason;
+    for (const diagnose::RigAnswer& each : found.effects)
+        EXPECT_TRUE(each.values.empty()) << each.effect;
+    EXPECT_TRUE(found.own.empty());
+    EXPECT_EQ(found.limits.size(), 2u); // of the rig's candidates
+    for (const diagnose::SharedLimit& limit : found.limits)
+        EXPECT_NE(limit.of_one, limit.of_all);
+}
+
+} // namespace
+} // namespace culm::tests
