@@ -229,7 +229,8 @@ std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan
     case diagnose::Conclusion::Effect:
         return "culm compare " + folder + model_options(arguments, plan, effects);
     case diagnose::Conclusion::Tie:
-        return "culm diagnose" + all + " NEW_RECORDING" + same_options(arguments);
+        return "culm diagnose" + all + " NEW_RECORDING" + same_options(arguments) +
+               " (all with the same stem.specimen)";
     case diagnose::Conclusion::Unknown:
         break;
     }

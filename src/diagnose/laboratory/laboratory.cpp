@@ -112,13 +112,17 @@ class LaboratoryAnswer {
         add_rig_effects();
         add_own_effects();
         add_limits();
-        add_stems();
         conclude();
+        add_stems();
         return std::move(out_);
     }
 
   private:
     [[nodiscard]] const LaboratoryModel& best() const { return search_.visited[search_.best]; }
+    /// The model whose numbers are the answer: if nothing certain is missing, the published chain.
+    [[nodiscard]] const LaboratoryModel& answered() const {
+        return out_.conclusion == Conclusion::Adequate ? search_.visited.front() : best();
+    }
 
     /// An effect of a rig, or of stems (without a rig).
     using Key = std::pair<std::string, std::string>;
@@ -311,7 +315,8 @@ class LaboratoryAnswer {
         }
     }
 
-    /// Of the first size of a candidate of the rig, per coordinate, with the shared numbers known.
+    /// Information on the first size of a candidate of the rig, per coordinate, with the shared
+    /// numbers known.
     [[nodiscard]] std::optional<double>
     information_of(std::size_t candidate, std::size_t stem,
                    std::optional<std::pair<ParameterPrior, physics::EffectParameter>>& size) const {
@@ -353,7 +358,7 @@ class LaboratoryAnswer {
     void add_stems() {
         if (options_.progress)
             options_.progress("fitting all stems with every input as stated");
-        const Eigen::MatrixXd covariance = covariance_of(best().shared);
+        const Eigen::MatrixXd covariance = covariance_of(answered().shared);
         std::vector<double> costs(specimens_.size(), 1.0);
         std::vector<std::optional<StemAnswer>> answers =
             options_.map.values(costs, [&](std::size_t s, const run::Heartbeat& heartbeat) {
@@ -366,11 +371,13 @@ class LaboratoryAnswer {
                 out_.stems.emplace_back(std::move(answers[s]).value_or(std::move(lost)));
             stem.name = specimens_[s].name;
             stem.rig = specimens_[s].rig;
-            for (const physics::SelectedEffect& each : best().own[s])
+            for (const physics::SelectedEffect& each : answered().own[s])
                 stem.own.push_back(each.effect->name());
             if (stem.failure.empty())
-                add_shared_uncertainty(best().stems[s], best().shared, covariance, stem.after);
+                add_shared_uncertainty(answered().stems[s], answered().shared, covariance,
+                                       stem.after);
         }
+        conclude_from_residuals();
         out_.before = population_of(out_.stems, &StemAnswer::before);
         out_.after = population_of(out_.stems, &StemAnswer::after);
         add_distances(out_.stems, &StemNumbers::youngs_modulus,
@@ -387,7 +394,7 @@ class LaboratoryAnswer {
         const std::vector<fit::ObservedRecording> exact =
             fit::with_inputs_as_stated(stem.recordings);
         const fit::Fit chain = fit::restored(stem.stated_chain, exact, options);
-        const fit::Fit judged = fit::restored(best().stems[s].fit, stem.recordings, options);
+        const fit::Fit judged = fit::restored(answered().stems[s].fit, stem.recordings, options);
         out.before = numbers_of_stem(chain);
         out.over_noise_before = over_noise(chain);
         fit::Fit stated = judged.effects.empty()
@@ -410,51 +417,53 @@ class LaboratoryAnswer {
     // --- Verdict
 
     void conclude() {
-        std::vector<std::string> unexplained;
-        std::size_t fitted = 0;
-        for (const StemAnswer& stem : out_.stems) {
-            fitted += stem.failure.empty() ? 1 : 0;
-            if (stem.failure.empty() && stem.finding == Finding::Inadequate)
-                unexplained.push_back(stem.name);
-        }
         const double held = options_.policy.held_probability;
-        std::vector<std::string> certain;
+        std::set<std::string> certain;
         bool is_open = false;
         for (const RigAnswer& each : out_.effects) {
-            if (each.is_known)
-                continue;
-            const double of_any = std::max(each.probability, each.family_probability);
-            if (of_any >= held)
-                certain.push_back(each.probability >= held ? each.effect
-                                                           : "an effect of " + each.family);
-            else
-                is_open = is_open || of_any > 1.0 - held;
-        }
-        for (const OwnAnswer& each : out_.own)
             if (each.probability >= held)
-                certain.push_back(each.effect + " of stems");
+                certain.insert(each.effect);
+            else if (each.family_probability >= held)
+                certain.insert("an effect of " + each.family);
             else
-                is_open = true;
-        const std::set<std::string> names(certain.begin(), certain.end());
-        if (2 * unexplained.size() > fitted) {
-            out_.conclusion = Conclusion::Unknown;
-            out_.reason =
-                fmt::format("the residuals of {} of {} stems have structure that no model "
-                            "explains",
-                            unexplained.size(), fitted);
-        } else if (chain_probability_ > 1.0 - held && names.empty()) {
-            out_.conclusion = Conclusion::Adequate;
-            out_.reason = fmt::format("the published chain explains the stems (probability {:.2f})",
-                                      chain_probability_);
-        } else if (names.empty() || is_open) {
-            out_.conclusion = names.empty() ? Conclusion::Tie : Conclusion::Effect;
-            out_.reason = names.empty() ? "several explanations are possible; none is certain"
-                                        : fmt::format("certain: {}; other effects are possible",
-                                                      fmt::join(names, ", "));
-        } else {
-            out_.conclusion = Conclusion::Effect;
-            out_.reason = fmt::format("certain: {}", fmt::join(names, ", "));
+                is_open = is_open || each.family_probability > 1.0 - held;
         }
+        for (const OwnAnswer& each : out_.own) {
+            if (each.probability >= held)
+                certain.insert(each.effect + " of stems");
+            is_open = is_open || each.probability < held;
+        }
+        if (!certain.empty()) {
+            out_.conclusion = Conclusion::Effect;
+            out_.reason = fmt::format(
+                "{} {} missing from the published chain{}", fmt::join(certain, " and "),
+                certain.size() == 1 ? "is" : "are", is_open ? "; other effects are possible" : "");
+        } else if (chain_probability_ > 1.0 - held) {
+            out_.conclusion = Conclusion::Adequate;
+            out_.reason =
+                fmt::format("the published chain {} (probability {:.2f})",
+                            is_open ? "is among the possible explanations" : "explains the stems",
+                            chain_probability_);
+        } else {
+            out_.conclusion = Conclusion::Tie;
+            out_.reason = "something is missing from the published chain, and no single effect is "
+                          "certain";
+        }
+    }
+
+    /// Most stems are not explained: no answer is.
+    void conclude_from_residuals() {
+        const auto unexplained = std::ranges::count_if(out_.stems, [](const StemAnswer& stem) {
+            return stem.failure.empty() && stem.finding == Finding::Inadequate;
+        });
+        const auto fitted = std::ranges::count_if(
+            out_.stems, [](const StemAnswer& stem) { return stem.failure.empty(); });
+        if (2 * unexplained <= fitted)
+            return;
+        out_.conclusion = Conclusion::Unknown;
+        out_.reason = fmt::format("the residuals of {} of {} stems have structure that no model "
+                                  "explains; in the best one {}",
+                                  unexplained, fitted, out_.reason);
     }
 
     std::span<const Specimen> specimens_;

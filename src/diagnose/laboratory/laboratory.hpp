@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The diagnosis of a laboratory: which effects of the rig act, which stems have effects of their
-// own, and how Y and β are distributed.
+// The diagnosis of a laboratory: the effects of its rig, the own effects of its stems, and the
+// distributions of Y and β.
 #pragma once
 
 #include "diagnose/adequacy.hpp"
@@ -81,7 +81,7 @@ struct Population {
     double correlation = 0.0; ///< Pearson's, of Y and β
 };
 
-/// What the stems on a rig together can detect of an effect that the best model does not contain.
+/// Detection limit of an effect that the best model does not contain.
 struct SharedLimit {
     std::string effect;
     std::string rig;

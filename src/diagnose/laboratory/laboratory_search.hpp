@@ -3,30 +3,14 @@
 // each with its own value.
 #pragma once
 
-#include "diagnose/laboratory/stem_fit.hpp"
-#include "diagnose/model_search.hpp"
+#include "diagnose/laboratory/laboratory_fit.hpp"
 
-#include <limits>
 #include <map>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace culm::diagnose {
-
-/// A fitted model of all stems.
-struct LaboratoryModel {
-    std::vector<RigEffect> rig_effects;
-    std::vector<fit::SelectedEffects> own; ///< (stems)
-    std::vector<StemFit> stems;            ///< (stems)
-    SharedMinimum shared;
-    std::string failure; ///< empty: fitted
-    double log_evidence = -std::numeric_limits<double>::infinity();
-    std::size_t base = 0;        ///< the visited model about which it was predicted
-    double predicted_gain = 0.0; ///< over that; 0: it was not predicted
-
-    [[nodiscard]] bool failed() const { return !failure.empty(); }
-};
 
 /// A model whose log evidence was only predicted, about a fitted model without its last effects.
 struct LaboratoryPrediction {
@@ -59,15 +43,9 @@ struct LaboratorySearchResult {
                                                        const SearchOptions& options,
                                                        const Policy& policy = {});
 
-/// Log prior of the event that an effect acts in exactly these stems: the share of stems with it is
-/// uniform (Stephan et al. 2009, NeuroImage 46:1004-1017; Rigoux et al. 2014, 84:971-985).
-[[nodiscard]] double log_presence(std::size_t with_effect, std::size_t stems);
-
-/// Which stems have an effect, from the change of the log evidence of each if it has: the
-/// mean-field solution of the same random-effects model.
-struct Presence {
-    std::vector<double> probability; ///< (stems)
-};
-[[nodiscard]] Presence presence_of(std::span<const double> gains);
+/// Probability that each stem has an effect, from the change of its log evidence if it has: the
+/// mean-field solution where the share of stems with the effect is unknown (Stephan et al. 2009,
+/// NeuroImage 46:1004-1017).
+[[nodiscard]] std::vector<double> presence_of(std::span<const double> gains);
 
 } // namespace culm::diagnose

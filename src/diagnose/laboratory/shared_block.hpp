@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// What one stem contributes to the numbers that the stems of a rig share: a gradient and a Schur
+// The contribution of one stem to the numbers that the stems of a rig share: a gradient and a Schur
 // complement. Their sum is one Newton step of all stems.
 #pragma once
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The work on one stem of a laboratory: its published chain, its fit with given effects of the rig,
-// and what further effects would change. Each function is an item that any rank can compute.
+// and the changes by further effects. Each function is an item that any rank can compute.
 #pragma once
 
 #include "diagnose/evidence/effect_columns.hpp"
@@ -38,7 +38,7 @@ struct ObservedStem {
     std::vector<std::vector<double>> noise; ///< as JointOptions::noise
 };
 
-/// What travels of an ObservedStem: all ranks have the measurements.
+/// The part of an ObservedStem that travels between ranks: all ranks have the measurements.
 struct StemBaseline {
     std::string failure;
     std::vector<std::optional<fit::NoiseModel>> noise_models; ///< (recordings)
@@ -97,7 +97,7 @@ void fields(Wire& wire, StemFit& stem) {
 [[nodiscard]] StemFit fit_stem_from_starts(const ObservedStem& stem, const StemEffects& effects,
                                            const fit::Fit& from, const fit::FitOptions& options);
 
-/// What the candidates would change about a fit of one stem.
+/// The changes of one stem's readings by all candidates, about a fit.
 struct StemSurvey {
     /// (candidates) without readings, for the effects of the rig; the failure says why there is
     /// none.

@@ -1,0 +1,330 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/laboratory/laboratory_fit.hpp"
+
+#include "core/error.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include <Eigen/Cholesky>
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+namespace culm::diagnose {
+namespace {
+
+constexpr int most_newton_steps = 8;
+/// Squared Newton step, in standard deviations, below which the shared numbers have converged.
+constexpr double small_step = 0.01;
+/// A size ended absent within this part of its prior's deviation.
+constexpr double absent_within = 1e-6;
+
+/// Calls action(effect, index of the parameter, its card, index among the shared numbers).
+template <class Action>
+void for_each_parameter(const LaboratoryModel& model, const Action& action) {
+    for (const RigEffect& each : model.rig_effects) {
+        const std::vector<physics::EffectParameter> parameters = each.effect.effect->parameters();
+        for (std::size_t k = 0; k < parameters.size(); ++k) {
+            const Eigen::Index at = model.shared.find(
+                shared_name({each.effect.effect->name(), parameters[k].name, {}}, each.rig));
+            if (at >= 0)
+                action(each, k, parameters[k], at);
+        }
+    }
+}
+
+} // namespace
+
+std::string name_of(const LaboratoryModel& model) {
+    std::set<std::string> names;
+    for (const RigEffect& each : model.rig_effects)
+        names.insert(each.effect.effect->name() + " of rig " + each.rig);
+    for (const fit::SelectedEffects& own : model.own)
+        for (const physics::SelectedEffect& each : own)
+            names.insert(each.effect->name() + " of stems");
+    return names.empty() ? "the published chain" : fmt::format("{}", fmt::join(names, ", "));
+}
+
+LaboratoryStems::LaboratoryStems(std::span<const Specimen> all, const SearchOptions& chosen)
+    : specimens(all), options(chosen) {
+    for (const physics::SelectedEffect& each : options.known)
+        (each.effect->belongs_to() == physics::BelongsTo::Rig ? known_of_rig : known_of_stem)
+            .push_back(each);
+}
+
+std::set<std::string> LaboratoryStems::rigs() const {
+    std::set<std::string> rigs;
+    for (const Specimen& specimen : specimens)
+        if (!specimen.rig.empty())
+            rigs.insert(specimen.rig);
+    return rigs;
+}
+
+std::size_t LaboratoryStems::fitted_stems() const {
+    return static_cast<std::size_t>(std::ranges::count_if(
+        stems, [](const ObservedStem& stem) { return stem.failure.empty(); }));
+}
+
+double LaboratoryStems::cost_of(std::size_t stem) const {
+    double seconds = 0.0;
+    for (const measure::Measurement& recording : specimens[stem].recordings)
+        seconds += recording.times.back();
+    return seconds;
+}
+
+StemEffects LaboratoryStems::effects_of(const LaboratoryModel& model, std::size_t stem) const {
+    StemEffects effects{{}, known_of_stem, model.own[stem], shared_terms};
+    for (const RigEffect& each : model.rig_effects)
+        if (each.rig == specimens[stem].rig)
+            effects.rig.push_back(each);
+    return effects;
+}
+
+RigEffect LaboratoryStems::with_default_values(const physics::SelectedEffect& effect,
+                                               const std::string& rig, bool is_known) const {
+    const auto on_rig = std::ranges::find(specimens, rig, &Specimen::rig);
+    const fit::StemChain chain = fit::chain_of(on_rig->recordings.front(), options.candidate.chain);
+    return {effect, rig, physics::with_defaults(effect, chain.spec.stem).values, is_known};
+}
+
+void LaboratoryFit::fit(LaboratoryModel& model, const std::set<std::size_t>& with_new_own) {
+    std::vector<Eigen::VectorXd> changes(stems_.stems.size());
+    double reached = -std::numeric_limits<double>::infinity();
+    for (int step = 0; step < most_newton_steps; ++step) {
+        const bool is_first = step == 0;
+        auto fits = stems_.map([&](std::size_t s, const fit::FitOptions& options) {
+            const StemEffects effects = stems_.effects_of(model, s);
+            if (is_first && with_new_own.contains(s))
+                return fit_stem_from_starts(stems_.stems[s], effects, model.stems[s].fit, options);
+            return fit_stem(stems_.stems[s], effects, model.stems[s].fit, changes[s], options);
+        });
+        for (std::size_t s = 0; s < fits.size(); ++s)
+            if (!stems_.is_left_out(s) &&
+                !take_fit(std::move(fits[s]), s, is_first && with_new_own.contains(s), model))
+                return;
+        judge(model);
+        if (model.rig_effects.empty() || step_size(model) < small_step ||
+            step + 1 == most_newton_steps)
+            return;
+        // Where a step makes the model worse, the quadratic model is not valid any more.
+        if (step > 1 && model.log_evidence < reached - 1.0)
+            return;
+        reached = std::max(reached, model.log_evidence);
+        changes = take_step(model);
+    }
+}
+
+/// Stores the fit of a stem; false if the model has failed.
+bool LaboratoryFit::take_fit(std::optional<StemFit> found, std::size_t stem, bool has_new_own,
+                             LaboratoryModel& model) const {
+    StemFit& mine = model.stems[stem];
+    const bool is_without =
+        has_new_own && found && (found->fit.failed() || !found->evidence.absent_effects.empty());
+    if (is_without) {
+        model.own[stem].pop_back();
+        mine.fit.effects = stems_.effects_of(model, stem).all();
+        return true;
+    }
+    if (found)
+        mine = *std::move(found);
+    mine.fit = fit::arrived(found ? std::optional(mine.fit) : std::nullopt,
+                            stems_.effects_of(model, stem).all());
+    if (mine.fit.failed())
+        model.failure = fmt::format("{}: {}", stems_.specimens[stem].name, mine.fit.reason);
+    return !model.failed();
+}
+
+/// Squared Newton step of the effects' parameters, in standard deviations.
+double LaboratoryFit::step_size(const LaboratoryModel& model) const {
+    double largest = 0.0;
+    for_each_parameter(model, [&](const RigEffect& each, std::size_t k,
+                                  const physics::EffectParameter& parameter, Eigen::Index at) {
+        const double change =
+            model.shared.at(at) - to_coordinate(parameter.fitted_as, each.values[k]);
+        largest = std::max(largest, change * change * model.shared.hessian(at, at));
+    });
+    return largest;
+}
+
+/// Moves the effects' values to the minimum; returns how the stems' own numbers follow.
+std::vector<Eigen::VectorXd> LaboratoryFit::take_step(LaboratoryModel& model) const {
+    std::vector<Eigen::VectorXd> changes(stems_.stems.size());
+    for (std::size_t s = 0; s < changes.size(); ++s) {
+        const SharedBlock& block = model.stems[s].block;
+        if (block.names.empty())
+            continue;
+        Eigen::VectorXd move = Eigen::VectorXd::Zero(block.size());
+        for (Eigen::Index k = 0; k < block.size(); ++k) {
+            const std::string& name = block.names[static_cast<std::size_t>(k)];
+            if (name.find('.') != std::string::npos && priors_.contains(name))
+                move(k) = model.shared.at(model.shared.find(name)) -
+                          block.at[static_cast<std::size_t>(k)];
+        }
+        const auto rows =
+            static_cast<Eigen::Index>(block.follow.size()) / std::max<Eigen::Index>(1, move.size());
+        changes[s] =
+            Eigen::Map<const Eigen::MatrixXd>(block.follow.data(), rows, move.size()) * move;
+    }
+    std::vector<RigEffect> moved = model.rig_effects;
+    for_each_parameter(model, [&](const RigEffect& each, std::size_t k,
+                                  const physics::EffectParameter& parameter, Eigen::Index at) {
+        const double value = from_coordinate(parameter.fitted_as, model.shared.at(at));
+        moved[static_cast<std::size_t>(&each - model.rig_effects.data())].values[k] =
+            std::isfinite(value) ? value : parameter.upper; // a stiffness without compliance
+    });
+    model.rig_effects = std::move(moved);
+    return changes;
+}
+
+void LaboratoryFit::judge(LaboratoryModel& model) {
+    std::vector<SharedBlock> blocks;
+    std::vector<double> variances;
+    for (std::size_t s = 0; s < model.stems.size(); ++s) {
+        blocks.push_back(model.stems[s].block);
+        variances.push_back(noise_[s].mean_known());
+    }
+    add_priors(model);
+    model.shared = minimum_of(blocks, variances, priors_);
+    model.log_evidence =
+        has_absent_effect(model)
+            ? -std::numeric_limits<double>::infinity()
+            : log_likelihood(model) + log_prior_of_effects(model) + log_volume(model);
+}
+
+/// With the terms of the stems' own numbers.
+double LaboratoryFit::log_likelihood(const LaboratoryModel& model) const {
+    double sum = 0.0;
+    for (std::size_t s = 0; s < model.stems.size(); ++s) {
+        if (stems_.is_left_out(s))
+            continue;
+        const StemFit& stem = model.stems[s];
+        sum += log_evidence(stem.evidence, noise_[s]) -
+               static_cast<double>(stem.evidence.effects) * log_prior_odds() +
+               model.shared.stem_changes[s];
+        for (std::size_t k = 0; k < stem.block.names.size(); ++k)
+            if (!priors_.contains(stem.block.names[k])) // the prior of an error term
+                sum += 0.5 * stem.block.at[k] * stem.block.at[k];
+    }
+    for (std::size_t k = 0; k < model.shared.names.size(); ++k)
+        if (const double at = model.shared.at(static_cast<Eigen::Index>(k));
+            !priors_.contains(model.shared.names[k]))
+            sum -= 0.5 * at * at;
+    return sum;
+}
+
+/// That the effects act, and in which stems.
+double LaboratoryFit::log_prior_of_effects(const LaboratoryModel& model) const {
+    double sum = 0.0;
+    std::map<std::string, std::size_t> present;
+    for (const fit::SelectedEffects& own : model.own)
+        for (const physics::SelectedEffect& each : own)
+            ++present[each.effect->name()];
+    for (const auto& [name, count] : present)
+        sum += log_prior_odds() + log_presence(count, stems_.fitted_stems());
+    for (const RigEffect& each : model.rig_effects)
+        sum += each.is_known ? 0.0 : log_prior_odds();
+    return sum;
+}
+
+/// Prior density of the effects' parameters and the volume of their posterior.
+double LaboratoryFit::log_volume(const LaboratoryModel& model) const {
+    std::vector<Eigen::Index> places;
+    double sum = 0.0;
+    for_each_parameter(model, [&](const RigEffect& each, std::size_t k,
+                                  const physics::EffectParameter& parameter, Eigen::Index at) {
+        if (each.is_known)
+            return;
+        places.push_back(at);
+        sum += parameter_priors_.at(model.shared.names[static_cast<std::size_t>(at)])
+                   .log_density(model.shared.at(at));
+        static_cast<void>(k);
+        static_cast<void>(parameter);
+    });
+    if (places.empty())
+        return sum;
+    const Eigen::VectorXd scale = model.shared.hessian.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd scaled = scale.asDiagonal() * model.shared.hessian * scale.asDiagonal();
+    const Eigen::MatrixXd inverse =
+        scaled.ldlt().solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols()));
+    const Eigen::MatrixXd covariance = inverse(places, places);
+    const Eigen::LDLT<Eigen::MatrixXd> factors(covariance);
+    for (Eigen::Index k = 0; k < covariance.rows(); ++k)
+        sum += 0.5 * std::log(std::max(factors.vectorD()(k), 1e-12)) +
+               std::log(scale(places[static_cast<std::size_t>(k)])) +
+               0.5 * std::log(2.0 * std::numbers::pi);
+    return sum;
+}
+
+/// Did all sizes of an effect end where the effect is absent?
+bool LaboratoryFit::has_absent_effect(const LaboratoryModel& model) const {
+    if (std::ranges::any_of(
+            model.stems, [](const StemFit& stem) { return !stem.evidence.absent_effects.empty(); }))
+        return true;
+    std::map<const RigEffect*, bool> is_there;
+    for_each_parameter(model, [&](const RigEffect& each, std::size_t /*k*/,
+                                  const physics::EffectParameter& /*parameter*/, Eigen::Index at) {
+        const ParameterPrior& prior =
+            parameter_priors_.at(model.shared.names[static_cast<std::size_t>(at)]);
+        const double deviation = std::abs(prior.deviation);
+        if (!prior.is_place)
+            is_there[&each] = is_there[&each] || std::abs(model.shared.at(at) - prior.absent) >
+                                                     absent_within * deviation;
+    });
+    return std::ranges::any_of(is_there, [](const auto& entry) { return !entry.second; });
+}
+
+/// The common prior of the parameters of the model's effects: the mean of the stems' priors, whose
+/// usual sizes suit each stem; the bounds are those that suit all stems.
+void LaboratoryFit::add_priors(const LaboratoryModel& model) {
+    for (const RigEffect& each : model.rig_effects) {
+        const std::vector<physics::EffectParameter> parameters = each.effect.effect->parameters();
+        for (std::size_t k = 0; k < parameters.size(); ++k) {
+            const std::string name =
+                shared_name({each.effect.effect->name(), parameters[k].name, {}}, each.rig);
+            if (!parameters[k].calibrated || each.effect.fixed[k] || priors_.contains(name))
+                continue;
+            add_prior(each, k, name);
+        }
+    }
+}
+
+void LaboratoryFit::add_prior(const RigEffect& effect, std::size_t k, const std::string& name) {
+    ParameterPrior mean;
+    SharedPrior prior;
+    double count = 0.0;
+    double deviation = 0.0;
+    for (std::size_t s = 0; s < stems_.stems.size(); ++s) {
+        if (stems_.is_left_out(s) || stems_.specimens[s].rig != effect.rig)
+            continue;
+        fit::StemModel model = fit::models_of(stems_.stems[s].chain, stems_.stems[s].recordings,
+                                              stems_.options.candidate)
+                                   .front();
+        physics::SelectedEffect free = effect.effect;
+        model = candidate_model(model, {free}, stems_.stems[s].recordings.front());
+        const fit::FreeParameter parameter =
+            fit::effect_parameter(*free.effect, model.spec.stem, k);
+        mean = prior_of(parameter, model);
+        deviation += mean.deviation;
+        count += 1.0;
+        const double one = to_coordinate(parameter.fitted_as, parameter.lower);
+        const double other = to_coordinate(parameter.fitted_as, parameter.upper);
+        prior.lower = std::max(prior.lower, std::min(one, other));
+        prior.upper = std::min(prior.upper, std::max(one, other));
+    }
+    mean.deviation = deviation / count;
+    prior.mean = mean.is_place ? 0.5 * (prior.lower + prior.upper) : mean.absent;
+    prior.precision = mean.precision();
+    if (mean.is_one_sided && !mean.is_place) // absent is a bound, also of an inverse
+        (mean.deviation > 0.0 ? prior.lower : prior.upper) = mean.absent;
+    parameter_priors_[name] = mean;
+    priors_[name] = prior;
+}
+
+double log_presence(std::size_t with_effect, std::size_t stems) {
+    const auto m = static_cast<double>(with_effect);
+    const auto n = static_cast<double>(stems);
+    return std::lgamma(m + 1.0) + std::lgamma(n - m + 1.0) - std::lgamma(n + 2.0);
+}
+
+} // namespace culm::diagnose
