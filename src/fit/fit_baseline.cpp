@@ -9,38 +9,8 @@
 #include <utility>
 #include <vector>
 
-#include <fmt/core.h>
-
 namespace culm::fit {
 namespace {
-
-/// Fits a model to `recordings` with their error terms, from its fits to each recording with other
-/// terms or none.
-Fit fit_again(const SelectedEffects& effects, std::span<const RecordingFit> from,
-              std::span<const ObservedRecording> recordings, const FitOptions& options) {
-    const Fit none; // the plans start from `from`
-    Fit fit;
-    int runs = 0;
-    std::vector<RecordingFit> own(from.begin(), from.end());
-    for (std::size_t m = 0; m < recordings.size(); ++m) {
-        fit = FitPlan(effects, none, recordings.subspan(m, 1), options)
-                  .fit_beside_errors(from[m], options);
-        runs += fit.runs;
-        if (fit.failed()) {
-            fit.reason = fmt::format("{} with the errors of its readings: {}",
-                                     recordings[m].stem.id, fit.reason);
-            break;
-        }
-        own[m] = fit.parts.front();
-    }
-    if (recordings.size() > 1 && !fit.failed()) {
-        fit = FitPlan(effects, none, recordings, options).fit_from_alone(own, options);
-        fit.runs += runs;
-    }
-    fit.effects = effects;
-    fit.names = model_names(in_library_order(effects));
-    return fit;
-}
 
 /// The chain with the noise and the errors of `known`, from the fits without them. `exact` is the
 /// fit of all recordings without either.
@@ -218,11 +188,6 @@ NestedFits fit_nested(std::span<const measure::Measurement> measurements,
     for (std::size_t k = 1; k < stated.size(); ++k)
         out.models.push_back(judged_model(std::move(stated[k]), out.recordings, options));
     return out;
-}
-
-Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
-              std::span<const ObservedRecording> recordings, const FitOptions& options) {
-    return FitPlan(effects, smaller, recordings, options).fit(options);
 }
 
 } // namespace culm::fit

@@ -2,18 +2,13 @@
 // The policy of every fit: where it starts, when it restarts and when it fails.
 #pragma once
 
-#include "fit/start/joint_starts.hpp"
+#include "fit/start/starts.hpp"
 
-#include <cstddef>
 #include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace culm::fit {
-
-/// Largest ratio of the residuals to those of a contained model; not 1 because the runs have noise.
-inline constexpr double allowed_excess = 1.001;
 
 /// Fits `effects` in addition to the published chain (none: the chain alone) to all recordings at
 /// once. `smaller`: a fit with some or none of the effects; only the chain alone needs none.
@@ -96,39 +91,11 @@ struct NestedFits {
                           const Fit& smaller, std::span<const ObservedRecording> recordings,
                           const FitOptions& options);
 
-/// fit_model() for one model, and the fits of that model from other solutions.
-class FitPlan {
-  public:
-    /// `smaller` and the recordings must outlive this.
-    FitPlan(const SelectedEffects& effects, const Fit& smaller,
-            std::span<const ObservedRecording> recordings, const FitOptions& options);
-
-    /// As the function fit_model().
-    [[nodiscard]] Fit fit(const FitOptions& options) const;
-
-    /// Fits one recording with the errors of its readings, from its fit without them.
-    [[nodiscard]] Fit fit_beside_errors(const RecordingFit& alone, const FitOptions& options) const;
-    /// Fits all recordings together, from each one's own fit of the same model.
-    [[nodiscard]] Fit fit_from_alone(std::span<const RecordingFit> alone,
-                                     const FitOptions& options) const;
-
-  private:
-    [[nodiscard]] Fit fitted(const FitOptions& options) const;
-    [[nodiscard]] bool moves() const;
-    [[nodiscard]] bool moves_more() const;
-    [[nodiscard]] std::vector<StartModels> larger_starts() const;
-    [[nodiscard]] Fit fit_alone(std::size_t recording, const FitOptions& options) const;
-    [[nodiscard]] Fit fit_from_own(const FitOptions& options) const;
-    [[nodiscard]] Fit fit_from_starts(const FitOptions& options) const;
-
-    std::string failure_; ///< why there is no plan
-    SelectedEffects effects_;
-    const Fit& smaller_;
-    std::span<const ObservedRecording> recordings_;
-    StartModels models_;
-    std::vector<RecordedSwing> swings_; ///< of several recordings
-    std::vector<StartModels> starts_;   ///< from `smaller`, if it has a fit and moves as much
-};
+/// Fits a model to `recordings` with their error terms, from its fits to each recording with other
+/// terms or none.
+[[nodiscard]] Fit fit_again(const SelectedEffects& effects, std::span<const RecordingFit> from,
+                            std::span<const ObservedRecording> recordings,
+                            const FitOptions& options);
 
 /// Cost of a run with these effects, relative to the published chain. Spatial chains take six times
 /// as long.
