@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/start/beat.hpp"
-
 #include "beam_generator/recording.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/model/prediction.hpp"
 #include "fit/model/stem_model.hpp"
+#include "fit/start/starts.hpp"
 #include "physics/effects/library.hpp"
 #include "support/parameter_ids.hpp"
 

@@ -1,8 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/start/joint_starts.hpp"
-
 #include "core/error.hpp"
-#include "fit/model/parameter.hpp"
 #include "fit/start/starts.hpp"
 #include "run/modes.hpp"
 
@@ -13,7 +10,6 @@
 #include <numbers>
 #include <optional>
 #include <set>
-#include <tuple>
 #include <utility>
 
 #include <Eigen/Cholesky>
@@ -33,74 +29,6 @@ constexpr double least_influence = 1e-3;
 struct Trial {
     double internal = 0.0;
     double excess = 0.0;
-};
-
-/// Finds the size at which the excess vanishes: doubling steps away from where the effect is
-/// absent, then bisection. The excess is not smooth at the bounds and may have no zero, so Newton's
-/// method would leave the range; each evaluation is an eigenvalue of the chain and costs a
-/// millisecond.
-class ModulusSearch {
-  public:
-    ModulusSearch(const FreeParameter& size, const run::CaseSpec& spec,
-                  const std::function<double(const run::CaseSpec&)>& excess)
-        : size_(size), spec_(spec), excess_(excess) {
-        std::tie(lower_, upper_) =
-            std::minmax({to_internal(size, spec, size.lower), to_internal(size, spec, size.upper)});
-        absent_ = at(to_internal(size, spec, absent_value(size)));
-        best_ = absent_;
-    }
-
-    [[nodiscard]] double run() {
-        const double least = least_influence * std::abs(absent_.excess);
-        for (const double direction : {1.0, -1.0}) {
-            const Trial far = at(std::clamp(absent_.internal + direction, lower_, upper_));
-            if (std::abs(far.excess - absent_.excess) > least && go(direction))
-                break;
-        }
-        return from_internal(size_, spec_, best_.internal);
-    }
-
-  private:
-    [[nodiscard]] Trial at(double internal) const {
-        run::CaseSpec spec = spec_;
-        size_.access.set(spec, from_internal(size_, spec_, internal));
-        return {internal, excess_(spec)};
-    }
-    void take(const Trial& trial) {
-        if (std::abs(trial.excess) < std::abs(best_.excess))
-            best_ = trial;
-    }
-    [[nodiscard]] bool go(double direction) {
-        Trial last = absent_;
-        double step = first_step;
-        for (int k = 0; k < most_doublings; ++k, step *= 2.0) {
-            const Trial next = at(std::clamp(absent_.internal + direction * step, lower_, upper_));
-            if (!std::isfinite(next.excess) || next.internal == last.internal)
-                return false;
-            take(next);
-            if (std::signbit(next.excess) != std::signbit(last.excess)) {
-                halve(last, next);
-                return true;
-            }
-            last = next;
-        }
-        return false;
-    }
-    void halve(Trial left, Trial right) {
-        for (int k = 0; k < halvings; ++k) {
-            const Trial middle = at(0.5 * (left.internal + right.internal));
-            take(middle);
-            (std::signbit(middle.excess) == std::signbit(left.excess) ? left : right) = middle;
-        }
-    }
-
-    const FreeParameter& size_;
-    const run::CaseSpec& spec_;
-    const std::function<double(const run::CaseSpec&)>& excess_;
-    double lower_ = 0.0;
-    double upper_ = 0.0;
-    Trial absent_;
-    Trial best_;
 };
 
 /// The first frequency of chain_modes, Hz; NaN if the chain does not vibrate.
@@ -127,13 +55,53 @@ double matching_modulus(run::CaseSpec spec, double frequency) {
     return spec.stem.bond_youngs_modulus;
 }
 
-/// Sets `size` in `spec` to the value at which `excess` vanishes or, if there is none, is smallest.
-/// The search starts where the effect of `size` is absent and doubles its steps in both directions
-/// within the bounds.
+/// Sets `size` in `spec` to the value at which `excess` vanishes or, if there is none, is smallest:
+/// doubling steps in both directions from where the effect of `size` is absent, within the bounds,
+/// then bisection. The excess is not smooth at the bounds and may have no zero, so Newton's method
+/// would leave the range; each evaluation is an eigenvalue of the chain and costs a millisecond.
 void match(const FreeParameter& size, run::CaseSpec& spec,
            const std::function<double(const run::CaseSpec&)>& excess) {
-    const double value = ModulusSearch(size, spec, excess).run();
-    size.access.set(spec, value);
+    const auto [lower, upper] =
+        std::minmax({to_internal(size, spec, size.lower), to_internal(size, spec, size.upper)});
+    const auto at = [&](double internal) {
+        run::CaseSpec changed = spec;
+        size.access.set(changed, from_internal(size, spec, internal));
+        return Trial{internal, excess(changed)};
+    };
+    const Trial absent = at(to_internal(size, spec, absent_value(size)));
+    Trial best = absent;
+    const auto take = [&best](const Trial& trial) {
+        if (std::abs(trial.excess) < std::abs(best.excess))
+            best = trial;
+    };
+    const auto finds_zero = [&, lowest = lower, highest = upper](double direction) {
+        Trial last = absent;
+        double step = first_step;
+        for (int k = 0; k < most_doublings; ++k, step *= 2.0) {
+            Trial next = at(std::clamp(absent.internal + direction * step, lowest, highest));
+            if (!std::isfinite(next.excess) || next.internal == last.internal)
+                return false;
+            take(next);
+            if (std::signbit(next.excess) == std::signbit(last.excess)) {
+                last = next;
+                continue;
+            }
+            for (int halving = 0; halving < halvings; ++halving) {
+                const Trial middle = at(0.5 * (last.internal + next.internal));
+                take(middle);
+                (std::signbit(middle.excess) == std::signbit(last.excess) ? last : next) = middle;
+            }
+            return true;
+        }
+        return false;
+    };
+    for (const double direction : {1.0, -1.0}) {
+        const Trial far = at(std::clamp(absent.internal + direction, lower, upper));
+        if (std::abs(far.excess - absent.excess) > least_influence * std::abs(absent.excess) &&
+            finds_zero(direction))
+            break;
+    }
+    size.access.set(spec, from_internal(size, spec, best.internal));
 }
 
 /// Starts are the same if their phases at the end of the record differ by less than this.
@@ -166,77 +134,64 @@ bool is_logarithm(const FittedParameter& parameter) {
     return parameter.fitted_as != physics::FittedAs::Itself && parameter.value > 0.0;
 }
 
-/// The point where the Gaussian posteriors of the recordings' own fits meet. Their information
-/// adds, but the constraint of an error that several recordings share counts once. With means of Y
-/// and β alone each recording would keep the errors of its values, and after a wrong length
-/// measurement these differ by whole cycles.
-class MeetingOfPosteriors {
-  public:
-    explicit MeetingOfPosteriors(const JointLayout& layout)
-        : layout_(layout),
-          information_(Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(layout.ids.size()),
-                                             static_cast<Eigen::Index>(layout.ids.size()))),
-          weighted_(Eigen::VectorXd::Zero(information_.rows())),
-          is_constrained_(layout.ids.size(), false) {}
-
-    /// Adds the posterior of a recording's own fit. False if it has none.
-    [[nodiscard]] bool add(std::size_t model, const RecordingFit& fit) {
-        const std::vector<JointLayout::Share>& shares = layout_.shares[model];
-        const auto free = static_cast<Eigen::Index>(shares.size());
-        const Eigen::VectorXd deviation = fit.covariance.diagonal().cwiseSqrt();
-        if (deviation.size() != free || !deviation.allFinite() || !(deviation.minCoeff() > 0.0))
-            return false;
-        const auto inverse = deviation.cwiseInverse().asDiagonal();
-        const Eigen::LLT<Eigen::MatrixXd> correlation(inverse * fit.covariance * inverse);
-        if (correlation.info() != Eigen::Success)
-            return false;
-        Eigen::MatrixXd by_joint = Eigen::MatrixXd::Zero(free, information_.cols());
-        Eigen::VectorXd at(free); // both in deviations
-        for (Eigen::Index k = 0; k < free; ++k) {
-            const auto [place, factor] = shares[static_cast<std::size_t>(k)];
-            const FittedParameter& parameter = fit.parameters[static_cast<std::size_t>(k)];
-            const double joint = parameter.value / factor;
-            const bool is_log = is_logarithm(parameter);
-            const double unit = (is_log ? parameter.value : factor) / deviation(k);
-            by_joint(k, static_cast<Eigen::Index>(place)) = unit;
-            at(k) = (is_log ? std::log(joint) : joint) * unit;
-            if (fit.model.is_error(static_cast<std::size_t>(k)))
-                count_constraint(place);
-        }
-        information_ += by_joint.transpose() * correlation.solve(by_joint);
-        weighted_ += by_joint.transpose() * correlation.solve(at);
-        return true;
-    }
-
-    /// (joint list) logarithms where fitted as such; empty if the readings do not determine all.
-    [[nodiscard]] Eigen::VectorXd mean() const {
-        const Eigen::LLT<Eigen::MatrixXd> all(information_);
-        return all.info() == Eigen::Success ? Eigen::VectorXd(all.solve(weighted_))
-                                            : Eigen::VectorXd();
-    }
-
-  private:
-    void count_constraint(std::size_t place) {
-        const auto at = static_cast<Eigen::Index>(place);
-        if (is_constrained_[place])
-            information_(at, at) -= 1.0; // its mean is 0
-        is_constrained_[place] = true;
-    }
-
-    const JointLayout& layout_;
-    Eigen::MatrixXd information_;
-    Eigen::VectorXd weighted_; ///< information times mean
-    std::vector<bool> is_constrained_;
+/// Information of the posteriors of recordings' own fits, and information times mean.
+struct Posteriors {
+    Eigen::MatrixXd information; ///< (joint list, joint list)
+    Eigen::VectorXd weighted;    ///< (joint list), logarithms where fitted as such
+    /// (joint list) The constraint of an error that several recordings share counts once.
+    std::vector<bool> is_constrained;
 };
 
+/// Adds the posterior of a recording's own fit, whose free parameters have these `shares`. False if
+/// it has none.
+bool add_posterior(const std::vector<JointLayout::Share>& shares, const RecordingFit& fit,
+                   Posteriors& sum) {
+    const auto free = static_cast<Eigen::Index>(shares.size());
+    const Eigen::VectorXd deviation = fit.covariance.diagonal().cwiseSqrt();
+    if (deviation.size() != free || !deviation.allFinite() || !(deviation.minCoeff() > 0.0))
+        return false;
+    const auto inverse = deviation.cwiseInverse().asDiagonal();
+    const Eigen::LLT<Eigen::MatrixXd> correlation(inverse * fit.covariance * inverse);
+    if (correlation.info() != Eigen::Success)
+        return false;
+    Eigen::MatrixXd by_joint = Eigen::MatrixXd::Zero(free, sum.information.cols());
+    Eigen::VectorXd at(free); // both in deviations
+    for (Eigen::Index k = 0; k < free; ++k) {
+        const auto [place, factor] = shares[static_cast<std::size_t>(k)];
+        const FittedParameter& parameter = fit.parameters[static_cast<std::size_t>(k)];
+        const double joint = parameter.value / factor;
+        const bool is_log = is_logarithm(parameter);
+        const double unit = (is_log ? parameter.value : factor) / deviation(k);
+        by_joint(k, static_cast<Eigen::Index>(place)) = unit;
+        at(k) = (is_log ? std::log(joint) : joint) * unit;
+        if (!fit.model.is_error(static_cast<std::size_t>(k)))
+            continue;
+        if (sum.is_constrained[place])
+            sum.information.diagonal()(static_cast<Eigen::Index>(place)) -= 1.0; // its mean is 0
+        sum.is_constrained[place] = true;
+    }
+    sum.information += by_joint.transpose() * correlation.solve(by_joint);
+    sum.weighted += by_joint.transpose() * correlation.solve(at);
+    return true;
+}
+
+/// The models at the point where the Gaussian posteriors of the recordings' own fits meet; empty if
+/// a fit has none, or they do not determine all. Their information adds. With means of Y and β
+/// alone each recording would keep the errors of its values, and after a wrong length measurement
+/// these differ by whole cycles.
 std::optional<StartModels> where_posteriors_meet(StartModels own,
                                                  std::span<const RecordingFit> alone,
                                                  const JointLayout& layout) {
-    MeetingOfPosteriors meeting(layout);
+    const auto count = static_cast<Eigen::Index>(layout.ids.size());
+    Posteriors sum{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count),
+                   std::vector<bool>(layout.ids.size(), false)};
     for (std::size_t m = 0; m < own.size(); ++m)
-        if (!meeting.add(m, alone[m]))
+        if (!add_posterior(layout.shares[m], alone[m], sum))
             return std::nullopt;
-    const Eigen::VectorXd mean = meeting.mean();
+    const Eigen::LLT<Eigen::MatrixXd> information(sum.information);
+    if (information.info() != Eigen::Success)
+        return std::nullopt;
+    const Eigen::VectorXd mean = information.solve(sum.weighted);
     if (mean.size() == 0 || !mean.allFinite())
         return std::nullopt;
     for (std::size_t m = 0; m < own.size(); ++m)
@@ -248,7 +203,6 @@ std::optional<StartModels> where_posteriors_meet(StartModels own,
         }
     return own;
 }
-
 /// Sets β such that the recordings' first modes decay as recorded, on average.
 void keep_decay(std::span<const RecordedSwing> swings, StartModels& start) {
     double sum = 0.0;
