@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps that keep the frequency that a straight step has to first order.
-#include "fit/solve/valley_steps.hpp"
-
 #include "fit/model/stem_model.hpp"
 #include "fit/solve/fit.hpp"
+#include "fit/solve/residuals.hpp"
 #include "run/modes.hpp"
 #include "support/parameter_ids.hpp"
 #include "support/simulated_measurement.hpp"

@@ -17,12 +17,6 @@
 
 namespace culm::fit {
 
-/// Fills `fit` from the model, times, prediction, noise (by which the residuals were weighted) and
-/// is_noise_known of its parts. Fixed parameters get a standard error of 0. If the noise of a part
-/// is not known, it is determined from the residuals, so that the part's reduced χ² is 1.
-void add_statistics(std::span<const ObservedRecording> measurements, const JointLayout& layout,
-                    const std::vector<bool>& is_held, Fit& fit);
-
 double interval_half_width(const FittedParameter& parameter) {
     return reduce::normal_quantile_95 * parameter.standard_error;
 }
@@ -117,18 +111,17 @@ JointSolution grow(const JointProblem& problem, std::vector<StemModel> models,
             window.push_back(std::min(cycles * periods[m], last_times[m]));
         if (window == last_times)
             break;
-        JointSolution part = problem.solve(models, window, Purpose::Passing);
+        JointSolution part = solve(problem, models, window, Purpose::Passing);
         add_runs(part.runs, runs);
         models = std::move(part.models);
     }
-    JointSolution solution = problem.solve(models, last_times, Purpose::Final);
+    JointSolution solution = solve(problem, models, last_times, Purpose::Final);
     add_runs(runs, solution.runs);
     return solution;
 }
 
 /// The best of several starts; the others are tried only if the first does not find the motion.
 JointSolution search(const JointProblem& problem, const std::vector<StemModel>& models,
-                     std::span<const ObservedRecording> measurements,
                      const std::vector<double>& last_times) {
     JointSolution best;
     std::vector<int> runs;
@@ -145,7 +138,7 @@ JointSolution search(const JointProblem& problem, const std::vector<StemModel>& 
         } catch (const core::NumericalError& error) {
             reason = error.what();
         }
-        if (std::isfinite(best.cost) && remainder(best, measurements) < small_remainder)
+        if (std::isfinite(best.cost) && remainder(best, problem.measurements) < small_remainder)
             break;
     }
     if (!std::isfinite(best.cost))
@@ -204,10 +197,10 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
     }
     std::vector<bool> is_held = options.is_held;
     is_held.resize(layout.ids.size(), false);
-    const JointProblem problem(measurements, layout, noise, is_held, options.chain);
+    const JointProblem problem{measurements, layout, noise, is_held, options.chain};
     JointSolution solution = options.chain.is_first_guess
-                                 ? search(problem, starts, measurements, last_times)
-                                 : problem.solve(starts, last_times, Purpose::Final);
+                                 ? search(problem, starts, last_times)
+                                 : solve(problem, starts, last_times, Purpose::Final);
     Fit fit;
     fit.status = solution.has_converged ? FitStatus::Fitted : FitStatus::NotConverged;
     if (!solution.has_converged)

@@ -172,6 +172,12 @@ struct FitOptions {
 /// `options` with this heartbeat, or unchanged if it is empty.
 [[nodiscard]] FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat);
 
+/// Fills `fit` from the model, times, prediction, noise (by which the residuals were weighted) and
+/// is_noise_known of its parts. Fixed parameters get a standard error of 0. If the noise of a part
+/// is not known, it is determined from the residuals, so that the part's reduced χ² is 1.
+void add_statistics(std::span<const ObservedRecording> measurements, const JointLayout& layout,
+                    const std::vector<bool>& is_held, Fit& fit);
+
 /// Adds the contribution of the error terms of `recordings` to the covariance of a fit without
 /// terms: K (s N + U Uᵀ) Kᵀ with K = (Jᵀ N⁻¹ J)⁻¹ Jᵀ N⁻¹, the noise N, a column of U for each term,
 /// and the factor `misfit` (s, at least 1) of an inadequate model (JCGM 100, 5.1.2). Updates the

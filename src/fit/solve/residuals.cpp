@@ -2,6 +2,7 @@
 #include "fit/solve/residuals.hpp"
 
 #include "core/error.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -13,6 +14,10 @@ namespace {
 
 /// Standard deviations. Values this far off are rejected by their cost, not by a bound.
 constexpr double largest_error = 1e3;
+
+constexpr double slope_share = 1e-3; ///< of the step, for its slope
+constexpr int corrections = 3;       ///< f² is nearly a straight line in Y
+constexpr double largest_correction = 2.0;
 
 } // namespace
 
@@ -149,26 +154,17 @@ double JointResiduals::value_of(std::size_t parameter, double internal) const {
                            : plain_centre(parameter) + internal * plain_scale(parameter);
 }
 
-double JointResiduals::value(std::size_t parameter) const {
-    return value_of(parameter, internal_[parameter]);
-}
-
 run::CaseSpec JointResiduals::case_at(const double* internal) const {
     const StemModel& model = models_.front();
     run::CaseSpec spec = model.spec;
     const std::vector<JointLayout::Share>& shares = layout_.shares.front();
     for (std::size_t k = 0; k < model.parameters.size(); ++k) {
         const std::size_t place = shares[k].place;
-        const double within = std::clamp(internal[place], lower(place), upper(place));
+        const auto [lower, upper] = bounds(place);
+        const double within = std::clamp(internal[place], lower, upper);
         model.parameters[k].access.set(spec, shares[k].factor * value_of(place, within));
     }
     return spec;
-}
-
-double JointResiduals::natural_per_internal(std::size_t parameter) const {
-    const FreeParameter* const free = owner(parameter);
-    return free != nullptr ? value_per_internal(*free, start(parameter).spec, value(parameter))
-                           : plain_scale(parameter);
 }
 
 std::pair<double, double> JointResiduals::bounds(std::size_t parameter) const {
@@ -181,22 +177,19 @@ std::pair<double, double> JointResiduals::bounds(std::size_t parameter) const {
         {to_internal(*free, spec, free->lower), to_internal(*free, spec, free->upper)});
 }
 
-double JointResiduals::lower(std::size_t parameter) const {
-    return bounds(parameter).first;
-}
-
-double JointResiduals::upper(std::size_t parameter) const {
-    return bounds(parameter).second;
-}
-
 // Ceres asks for each reading separately; the chains run here, once for all readings.
 void JointResiduals::PrepareForEvaluation(bool, bool) {
-    for (std::size_t k = 0; k < internal_.size(); ++k)
-        per_internal_[k] = natural_per_internal(k);
+    std::vector<double> joint;
+    for (std::size_t k = 0; k < internal_.size(); ++k) {
+        joint.push_back(value_of(k, internal_[k]));
+        const FreeParameter* const free = owner(k);
+        per_internal_[k] =
+            free != nullptr ? value_per_internal(*free, start(k).spec, joint[k]) : plain_scale(k);
+    }
     for (std::size_t part = 0; part < parts_.size(); ++part) {
         std::vector<double> values;
         for (const JointLayout::Share& share : layout_.shares[part])
-            values.push_back(share.factor * value(share.place));
+            values.push_back(share.factor * joint[share.place]);
         parts_[part].prepare(values);
     }
 }
@@ -215,6 +208,81 @@ bool JointResiduals::evaluate(std::size_t part, const ReadingResiduals::Place& p
         // number.
         gradient[shares[k].place] =
             own.derivative(place, k) * (shares[k].factor * per_internal_[shares[k].place]);
+    return true;
+}
+
+ValleySteps::ValleySteps(const JointResiduals& residuals, const JointLayout& layout,
+                         const std::vector<bool>& is_held)
+    : residuals_(residuals), size_(residuals.parameter_count()) {
+    for (std::size_t k = 0; k < size_; ++k)
+        if (k >= is_held.size() || !is_held[k])
+            free_.push_back(k);
+    const auto found = std::ranges::find(layout.ids, physics::bond_youngs_modulus);
+    const auto place = static_cast<std::size_t>(found - layout.ids.begin());
+    if (found != layout.ids.end() && std::ranges::find(free_, place) != free_.end())
+        modulus_ = place;
+}
+
+double ValleySteps::log_square(const std::vector<double>& internal) const {
+    return 2.0 * std::log(run::lowest_frequency_with_effects(residuals_.case_at(internal.data())));
+}
+
+// The readings of N cycles lose their phase after a change of f by 1/N, while Y and an added mass
+// or a soft clamp can change together by far more at the same f. So χ² is a curved valley whose
+// walls are steep in f and whose floor is flat. A straight Gauss-Newton step leaves the floor and
+// is shortened again and again. Here a step has the frequency of the straight step to first order:
+// f² is proportional to Y except for the share of the other parameters, so ln f² is corrected by
+// changes of ln Y.
+void ValleySteps::follow_frequency(const std::vector<double>& point,
+                                   std::vector<double>& moved) const {
+    std::vector<double> ahead(size_);
+    std::vector<double> behind(size_);
+    for (std::size_t k = 0; k < size_; ++k) {
+        ahead[k] = point[k] + slope_share * (moved[k] - point[k]);
+        behind[k] = point[k] - slope_share * (moved[k] - point[k]);
+    }
+    // The frequency of the step to first order: a central difference along it.
+    const double wanted =
+        log_square(point) + (log_square(ahead) - log_square(behind)) / (2.0 * slope_share);
+    const double straight = moved[*modulus_];
+    for (int pass = 0; pass < corrections; ++pass) {
+        const double missing = wanted - log_square(moved);
+        if (!(std::abs(missing) < largest_correction)) { // no frequency to follow
+            moved[*modulus_] = straight;
+            return;
+        }
+        moved[*modulus_] += missing;
+    }
+}
+
+bool ValleySteps::Plus(const double* point, const double* step, double* moved) const {
+    std::vector<double> to(point, point + size_);
+    for (std::size_t k = 0; k < free_.size(); ++k)
+        to[free_[k]] += step[k];
+    if (modulus_)
+        follow_frequency({point, point + size_}, to);
+    std::ranges::copy(to, moved);
+    return true;
+}
+
+// To first order Plus() is the straight step, so its derivative is that of a linear subspace.
+bool ValleySteps::PlusJacobian(const double*, double* jacobian) const {
+    std::fill_n(jacobian, size_ * free_.size(), 0.0); // (ambient, tangent), row-major
+    for (std::size_t k = 0; k < free_.size(); ++k)
+        jacobian[free_[k] * free_.size() + k] = 1.0;
+    return true;
+}
+
+bool ValleySteps::Minus(const double* moved, const double* point, double* step) const {
+    for (std::size_t k = 0; k < free_.size(); ++k)
+        step[k] = moved[free_[k]] - point[free_[k]];
+    return true;
+}
+
+bool ValleySteps::MinusJacobian(const double*, double* jacobian) const {
+    std::fill_n(jacobian, size_ * free_.size(), 0.0); // (tangent, ambient), row-major
+    for (std::size_t k = 0; k < free_.size(); ++k)
+        jacobian[k * size_ + free_[k]] = 1.0;
     return true;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The weighted residuals of one or several recordings as one least-squares problem.
+// The weighted residuals of one or several recordings as one least-squares problem, and its steps.
 #pragma once
 
 #include "fit/model/observed_recording.hpp"
@@ -14,6 +14,7 @@
 #include <vector>
 
 #include <ceres/evaluation_callback.h>
+#include <ceres/manifold.h>
 
 namespace culm::fit {
 
@@ -78,8 +79,7 @@ class JointResiduals : public ceres::EvaluationCallback {
     /// Ceres's parameter block: (parameters).
     [[nodiscard]] double* internal() { return internal_.data(); }
     [[nodiscard]] const double* internal() const { return internal_.data(); }
-    [[nodiscard]] double lower(std::size_t parameter) const; ///< bounds, internal
-    [[nodiscard]] double upper(std::size_t parameter) const;
+    [[nodiscard]] std::pair<double, double> bounds(std::size_t parameter) const; ///< internal
     [[nodiscard]] const std::vector<ReadingResiduals>& parts() const { return parts_; }
     /// Is it an error term? Its constraint adds its own value as a residual.
     [[nodiscard]] bool is_error(std::size_t parameter) const;
@@ -101,16 +101,43 @@ class JointResiduals : public ceres::EvaluationCallback {
     [[nodiscard]] double plain_scale(std::size_t parameter) const; ///< of those without an owner
     [[nodiscard]] double plain_centre(std::size_t parameter) const;
     [[nodiscard]] const StemModel& start(std::size_t parameter) const;
-    [[nodiscard]] double value(std::size_t parameter) const; ///< natural units
-    [[nodiscard]] double value_of(std::size_t parameter, double internal) const;
-    [[nodiscard]] double natural_per_internal(std::size_t parameter) const;
-    [[nodiscard]] std::pair<double, double> bounds(std::size_t parameter) const; ///< internal
+    [[nodiscard]] double value_of(std::size_t parameter, double internal) const; ///< natural units
 
     const std::vector<StemModel>& models_;
     const JointLayout& layout_;
     std::vector<ReadingResiduals> parts_;
     std::vector<double> internal_;
-    std::vector<double> per_internal_; ///< natural_per_internal at the prepared point
+    std::vector<double> per_internal_; ///< natural units per internal one at the prepared point
+};
+
+/// A ring-down determines the stem's frequency to 1e-4, and many parameters change it: a mass at
+/// the tip, a soft clamp, a taper. The valley in which Y compensates for them is narrow and curved,
+/// and straight steps along it are a hundredth of its length. Here a step keeps its direction,
+/// except that Y takes the value at which the linearised chain has the frequency of the straight
+/// step to first order. Derivatives at the point are those of straight steps.
+class ValleySteps : public ceres::Manifold {
+  public:
+    /// `residuals` must outlive this; `is_held` parameters do not move.
+    ValleySteps(const JointResiduals& residuals, const JointLayout& layout,
+                const std::vector<bool>& is_held);
+
+    [[nodiscard]] int AmbientSize() const override { return static_cast<int>(size_); }
+    [[nodiscard]] int TangentSize() const override { return static_cast<int>(free_.size()); }
+    bool Plus(const double* point, const double* step, double* moved) const override;
+    bool PlusJacobian(const double* point, double* jacobian) const override;
+    /// Exact to first order.
+    bool Minus(const double* moved, const double* point, double* step) const override;
+    bool MinusJacobian(const double* point, double* jacobian) const override;
+
+  private:
+    /// ln f² of the first recording's chain.
+    [[nodiscard]] double log_square(const std::vector<double>& internal) const;
+    void follow_frequency(const std::vector<double>& point, std::vector<double>& moved) const;
+
+    const JointResiduals& residuals_;
+    std::size_t size_;
+    std::vector<std::size_t> free_;
+    std::optional<std::size_t> modulus_; ///< place of Y, whose internal value is its logarithm
 };
 
 } // namespace culm::fit

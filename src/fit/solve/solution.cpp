@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/solve/solution.hpp"
 
-#include "fit/solve/layout.hpp"
 #include "fit/solve/residuals.hpp"
-#include "fit/solve/valley_steps.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,14 +13,6 @@
 #include <glog/logging.h>
 
 namespace culm::fit {
-
-/// Decrease of the sum of squares over the noise in one Gauss-Newton step from the prepared point,
-/// gᵀ (Jᵀ J)⁻¹ g over the parameters that can move: those that are not fixed (`is_held`; missing
-/// entries are false) and not at a bound that the step would cross. A step that a trust region
-/// shortens promises less than this in directions that the readings hardly determine, and may end a
-/// solution many standard errors away from the best one.
-[[nodiscard]] double remaining_gain(const JointResiduals& residuals,
-                                    const std::vector<bool>& is_held);
 
 namespace {
 
@@ -57,11 +47,15 @@ NormalEquations normal_equations(const JointResiduals& residuals) {
 /// Can the parameter move against the gradient without crossing a bound?
 bool can_move(const JointResiduals& residuals, std::size_t k, double gradient) {
     const double internal = residuals.internal()[k];
-    return gradient > 0.0 ? internal > residuals.lower(k) : internal < residuals.upper(k);
+    const auto [lower, upper] = residuals.bounds(k);
+    return gradient > 0.0 ? internal > lower : internal < upper;
 }
 
-} // namespace
-
+/// Decrease of the sum of squares over the noise in one Gauss-Newton step from the prepared point,
+/// gᵀ (Jᵀ J)⁻¹ g over the parameters that can move: those that are not fixed (`is_held`; missing
+/// entries are false) and not at a bound that the step would cross. A step that a trust region
+/// shortens promises less than this in directions that the readings hardly determine, and may end a
+/// solution many standard errors away from the best one.
 double remaining_gain(const JointResiduals& residuals, const std::vector<bool>& is_held) {
     // Half the decrease of χ² by one Gauss-Newton step is gᵀ H⁻¹ g/2. In the eigenvectors of the
     // scaled H it is a sum over directions, without those that the data do not determine.
@@ -83,8 +77,6 @@ double remaining_gain(const JointResiduals& residuals, const std::vector<bool>& 
             gain += std::pow(told.directions.col(k).dot(gradient), 2) / told.information(k);
     return gain;
 }
-
-namespace {
 
 /// Convergence limit, in units of the χ² of one standard error of a parameter (so divided by the
 /// reduced χ² of the solution): a smaller improvement is not worth a run.
@@ -185,8 +177,9 @@ void bound(const JointLayout& layout, const std::vector<bool>& is_held, ceres::P
            JointResiduals& residuals) {
     double* const block = residuals.internal();
     for (std::size_t k = 0; k < residuals.parameter_count(); ++k) {
-        problem.SetParameterLowerBound(block, static_cast<int>(k), residuals.lower(k));
-        problem.SetParameterUpperBound(block, static_cast<int>(k), residuals.upper(k));
+        const auto [lower, upper] = residuals.bounds(k);
+        problem.SetParameterLowerBound(block, static_cast<int>(k), lower);
+        problem.SetParameterUpperBound(block, static_cast<int>(k), upper);
     }
     // Ceres rejects a manifold without a free direction.
     if (std::ranges::count(is_held, true) ==
@@ -237,10 +230,6 @@ JointSolution solution_of(JointResiduals& residuals) {
     return solution;
 }
 
-} // namespace
-
-namespace {
-
 /// The parameters that a solution for this purpose keeps. A few cycles of a lightly damped record
 /// hardly determine the damping, which would follow any error of the model to its bound.
 std::vector<bool> held_for(Purpose purpose, const JointLayout& layout, std::vector<bool> is_held) {
@@ -255,35 +244,29 @@ std::vector<bool> held_for(Purpose purpose, const JointLayout& layout, std::vect
 
 } // namespace
 
-JointProblem::JointProblem(std::span<const ObservedRecording> measurements,
-                           const JointLayout& layout, const std::vector<std::vector<double>>& noise,
-                           const std::vector<bool>& is_held, const SolveOptions& options)
-    : measurements_(measurements), layout_(layout), noise_(noise), is_held_(is_held),
-      options_(options) {}
-
-JointSolution JointProblem::solve(const std::vector<StemModel>& models,
-                                  const std::vector<double>& last_times, Purpose purpose) const {
+JointSolution solve(const JointProblem& problem, const std::vector<StemModel>& models,
+                    const std::vector<double>& last_times, Purpose purpose) {
+    const auto& [measurements, layout, noise, held, options] = problem;
     std::vector<ReadingResiduals> parts;
     std::size_t readings = 0;
     for (std::size_t m = 0; m < models.size(); ++m) {
-        parts.emplace_back(models[m], measurements_[m], noise_[m], last_times[m],
-                           options_.heartbeat);
+        parts.emplace_back(models[m], measurements[m], noise[m], last_times[m], options.heartbeat);
         readings += parts.back().places().size();
     }
-    JointResiduals residuals(models, layout_, std::move(parts));
+    JointResiduals residuals(models, layout, std::move(parts));
     ceres::Problem::Options ownership;
     ownership.evaluation_callback = &residuals;
-    ceres::Problem problem(ownership);
+    ceres::Problem equations(ownership);
     for (std::size_t m = 0; m < models.size(); ++m)
         for (const ReadingResiduals::Place& place : residuals.parts()[m].places())
-            problem.AddResidualBlock(new ReadingCost(residuals, m, place), nullptr,
-                                     residuals.internal());
+            equations.AddResidualBlock(new ReadingCost(residuals, m, place), nullptr,
+                                       residuals.internal());
     for (std::size_t k = 0; k < residuals.parameter_count(); ++k)
         if (residuals.is_error(k))
-            problem.AddResidualBlock(new ConstraintCost(k, residuals.parameter_count()), nullptr,
-                                     residuals.internal());
-    const std::vector<bool> is_held = held_for(purpose, layout_, is_held_);
-    bound(layout_, is_held, problem, residuals);
+            equations.AddResidualBlock(new ConstraintCost(k, residuals.parameter_count()), nullptr,
+                                       residuals.internal());
+    const std::vector<bool> is_held = held_for(purpose, layout, held);
+    bound(layout, is_held, equations, residuals);
 
     const double improvement = purpose == Purpose::Final ? final_improvement : passing_improvement;
     const auto count = static_cast<double>(std::max<std::size_t>(readings, 1));
@@ -291,16 +274,16 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
     FLAGS_minloglevel = google::GLOG_FATAL; // failures are returned as a reason
     const auto solved_within = [&](double trust_region) {
         ceres::Solver::Options settings =
-            solver_settings(options_.largest_iterations, trust_region);
+            solver_settings(problem.options.largest_iterations, trust_region);
         settings.callbacks = {&enough_gained};
         ceres::Solver::Summary summary;
-        ceres::Solve(settings, &problem, &summary);
+        ceres::Solve(settings, &equations, &summary);
         return summary;
     };
-    if (double cost = 0.0; purpose == Purpose::Final && !options_.is_first_guess &&
-                           problem.Evaluate({}, &cost, nullptr, nullptr, nullptr) &&
-                           remaining_gain(residuals, is_held_) <
-                               final_improvement * std::max(1.0, 2.0 * cost / count)) {
+    if (double cost = 0.0;
+        purpose == Purpose::Final && !options.is_first_guess &&
+        equations.Evaluate({}, &cost, nullptr, nullptr, nullptr) &&
+        remaining_gain(residuals, held) < final_improvement * std::max(1.0, 2.0 * cost / count)) {
         JointSolution solution = solution_of(residuals); // the start is a solution
         solution.cost = cost;
         solution.has_converged = true;
@@ -309,7 +292,7 @@ JointSolution JointProblem::solve(const std::vector<StemModel>& models,
     ceres::Solver::Summary summary = solved_within(first_trust_region);
     const bool is_solved = has_converged(summary);
     for (int again = 0; again < most_refinements && purpose == Purpose::Final &&
-                        is_far_from_the_end(summary, is_held_, count, residuals);
+                        is_far_from_the_end(summary, held, count, residuals);
          ++again) {
         summary = solved_within(last_trust_region);
         if (!(summary.final_cost < summary.initial_cost))

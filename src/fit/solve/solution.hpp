@@ -40,24 +40,17 @@ enum class Purpose {
 };
 
 /// The readings of some recordings and their weights.
-class JointProblem {
-  public:
-    /// All must outlive this; `noise` (recordings)(rows), m; `is_held` (joint parameters).
-    JointProblem(std::span<const ObservedRecording> measurements, const JointLayout& layout,
-                 const std::vector<std::vector<double>>& noise, const std::vector<bool>& is_held,
-                 const SolveOptions& options);
-
-    /// Solves for frames up to `last_times` (recordings), from the models' values. Throws
-    /// core::NumericalError if a chain cannot be computed at the end.
-    [[nodiscard]] JointSolution solve(const std::vector<StemModel>& models,
-                                      const std::vector<double>& last_times, Purpose purpose) const;
-
-  private:
-    std::span<const ObservedRecording> measurements_;
-    const JointLayout& layout_;
-    const std::vector<std::vector<double>>& noise_;
-    const std::vector<bool>& is_held_;
-    const SolveOptions& options_;
+struct JointProblem {
+    std::span<const ObservedRecording> measurements;
+    const JointLayout& layout;
+    const std::vector<std::vector<double>>& noise; ///< (recordings)(rows), m
+    const std::vector<bool>& is_held;              ///< (joint parameters)
+    const SolveOptions& options;
 };
+
+/// Solves for frames up to `last_times` (recordings), from the models' values. Throws
+/// core::NumericalError if a chain cannot be computed at the end.
+[[nodiscard]] JointSolution solve(const JointProblem& problem, const std::vector<StemModel>& models,
+                                  const std::vector<double>& last_times, Purpose purpose);
 
 } // namespace culm::fit
