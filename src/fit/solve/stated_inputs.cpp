@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <iterator>
 #include <optional>
 #include <utility>
 #include <variant>
@@ -36,50 +37,32 @@ StatedInput input(std::string name, std::string unit, double value, std::optiona
     return out;
 }
 
-double mass_per_length_of(const run::CaseSpec& spec) {
-    return spec.stem.sphere_mass() / spec.stem.bond_length;
+/// An input that is a property of the stem. A change divides the chain of the changed stem again.
+StatedInput stem_input(const measure::MeasuredStem& stem, std::string name, std::string unit,
+                       Member member, std::optional<double> stated, Get get,
+                       std::optional<double> otherwise = std::nullopt) {
+    measure::MeasuredStem copy = stem;
+    StatedInput out = input(std::move(name), std::move(unit), member(copy), stated, otherwise);
+    out.access.id = {{}, out.name, {}};
+    out.access.get = std::move(get);
+    out.access.set = [stem, member](run::CaseSpec& spec, double value) {
+        measure::MeasuredStem changed = stem;
+        member(changed) = value;
+        set_geometry(changed, spec.stem.sphere_count, spec.stem);
+    };
+    return out;
 }
 
-/// Inputs that are properties of the stem. A change divides the chain of the changed stem again.
-class StemInputs {
-  public:
-    /// Both must outlive this.
-    StemInputs(const measure::MeasuredStem& stem, std::vector<StatedInput>& inputs)
-        : stem_(stem), inputs_(inputs) {}
-
-    void add(std::string name, std::string unit, Member member, std::optional<double> stated,
-             Get get, std::optional<double> otherwise = std::nullopt) {
-        StatedInput added =
-            input(std::move(name), std::move(unit), value_of(member), stated, otherwise);
-        added.access.id = {{}, added.name, {}};
-        added.access.get = std::move(get);
-        added.access.set = [stem = stem_, member](run::CaseSpec& spec, double value) {
-            measure::MeasuredStem changed = stem;
-            member(changed) = value;
-            set_geometry(changed, spec.stem.sphere_count, spec.stem);
-        };
-        inputs_.push_back(std::move(added));
-    }
-
-    /// The same for a number to which the mass per length is proportional.
-    void add_of_mass(std::string name, std::string unit, Member member,
-                     std::optional<double> stated) {
-        const double mass_per_unit = measure::mass_per_length(stem_) / value_of(member);
-        add(std::move(name), std::move(unit), member, stated,
-            [mass_per_unit](const run::CaseSpec& spec) {
-                return mass_per_length_of(spec) / mass_per_unit;
-            });
-    }
-
-  private:
-    [[nodiscard]] double value_of(Member member) const {
-        measure::MeasuredStem copy = stem_;
-        return member(copy);
-    }
-
-    const measure::MeasuredStem& stem_;
-    std::vector<StatedInput>& inputs_;
-};
+/// The same for a number to which the mass per length is proportional.
+StatedInput mass_input(const measure::MeasuredStem& stem, std::string name, std::string unit,
+                       Member member, std::optional<double> stated) {
+    measure::MeasuredStem copy = stem;
+    const double mass_per_unit = measure::mass_per_length(stem) / member(copy);
+    return stem_input(stem, std::move(name), std::move(unit), member, stated,
+                      [mass_per_unit](const run::CaseSpec& spec) {
+                          return spec.stem.sphere_mass() / spec.stem.bond_length / mass_per_unit;
+                      });
+}
 
 /// The section of this shape.
 template <class Shape>
@@ -87,60 +70,58 @@ Shape& as(measure::MeasuredStem& stem) {
     return std::get<Shape>(stem.section);
 }
 
-void add_section(const measure::Section& section, const measure::StatedUncertainties& stated,
-                 StemInputs& of) {
+std::vector<StatedInput> section_inputs(const measure::MeasuredStem& stem,
+                                        const measure::StatedUncertainties& stated) {
     using measure::CircularSection;
     using measure::GeneralSection;
     using measure::MeasuredStem;
     using measure::RectangularSection;
-    if (const auto* circle = std::get_if<CircularSection>(&section)) {
-        of.add(
-            "diameter", "m",
-            [](MeasuredStem& stem) -> double& { return as<CircularSection>(stem).diameter; },
-            stated.diameter,
-            [](const run::CaseSpec& spec) { return spec.stem.bond_outer_diameter; });
-        if (circle->wall)
-            of.add(
-                "wall", "m",
-                [](MeasuredStem& stem) -> double& { return *as<CircularSection>(stem).wall; },
-                stated.wall,
-                [](const run::CaseSpec& spec) {
-                    return 0.5 * (spec.stem.bond_outer_diameter - spec.stem.bond_inner_diameter);
-                });
-    } else if (std::holds_alternative<RectangularSection>(section)) {
-        of.add_of_mass(
-            "section width", "m",
-            [](MeasuredStem& stem) -> double& { return as<RectangularSection>(stem).width; },
-            stated.section_width);
-        of.add_of_mass(
-            "section height", "m",
-            [](MeasuredStem& stem) -> double& { return as<RectangularSection>(stem).height; },
-            stated.section_height);
-    } else {
-        of.add_of_mass(
-            "section area", "m²",
-            [](MeasuredStem& stem) -> double& { return as<GeneralSection>(stem).area; },
-            stated.section_area);
-        of.add(
-            "second moment of area", "m⁴",
-            [](MeasuredStem& stem) -> double& { return as<GeneralSection>(stem).second_moment; },
-            stated.second_moment,
-            [](const run::CaseSpec& spec) { return spec.stem.second_moment_of_area(); });
-    }
+    if (std::holds_alternative<RectangularSection>(stem.section))
+        return {mass_input(
+                    stem, "section width", "m",
+                    [](MeasuredStem& its) -> double& { return as<RectangularSection>(its).width; },
+                    stated.section_width),
+                mass_input(
+                    stem, "section height", "m",
+                    [](MeasuredStem& its) -> double& { return as<RectangularSection>(its).height; },
+                    stated.section_height)};
+    if (std::holds_alternative<GeneralSection>(stem.section))
+        return {
+            mass_input(
+                stem, "section area", "m²",
+                [](MeasuredStem& its) -> double& { return as<GeneralSection>(its).area; },
+                stated.section_area),
+            stem_input(
+                stem, "second moment of area", "m⁴",
+                [](MeasuredStem& its) -> double& { return as<GeneralSection>(its).second_moment; },
+                stated.second_moment,
+                [](const run::CaseSpec& spec) { return spec.stem.second_moment_of_area(); })};
+    std::vector<StatedInput> inputs{stem_input(
+        stem, "diameter", "m",
+        [](MeasuredStem& its) -> double& { return as<CircularSection>(its).diameter; },
+        stated.diameter, [](const run::CaseSpec& spec) { return spec.stem.bond_outer_diameter; })};
+    if (std::get<CircularSection>(stem.section).wall)
+        inputs.push_back(stem_input(
+            stem, "wall", "m",
+            [](MeasuredStem& its) -> double& { return *as<CircularSection>(its).wall; },
+            stated.wall,
+            [](const run::CaseSpec& spec) {
+                return 0.5 * (spec.stem.bond_outer_diameter - spec.stem.bond_inner_diameter);
+            }));
+    return inputs;
 }
 
 void add_stem(const measure::Measurement& measurement, std::vector<StatedInput>& inputs) {
     const measure::MeasuredStem& stem = measurement.stem;
     const measure::StatedUncertainties& stated = measurement.uncertainties;
-    StemInputs of(stem, inputs);
-    of.add(
-        "length", "m", [](measure::MeasuredStem& its) -> double& { return its.length; },
+    inputs.push_back(stem_input(
+        stem, "length", "m", [](measure::MeasuredStem& its) -> double& { return its.length; },
         stated.length, [](const run::CaseSpec& spec) { return spec.stem.free_length(); },
-        default_length);
-    add_section(stem.section, stated, of);
-    of.add_of_mass(
-        "density", "kg/m³", [](measure::MeasuredStem& its) -> double& { return its.density; },
-        stated.density);
+        default_length));
+    std::ranges::move(section_inputs(stem, stated), std::back_inserter(inputs));
+    inputs.push_back(mass_input(
+        stem, "density", "kg/m³", [](measure::MeasuredStem& its) -> double& { return its.density; },
+        stated.density));
     for (std::size_t k = 0; k < stem.added_masses.size(); ++k) {
         const measure::AddedMass& added = stem.added_masses[k];
         // A balance resolves half a digit at best, and a mass of many digits was computed.
