@@ -10,25 +10,6 @@
 #include <utility>
 
 namespace culm::fit {
-namespace {
-
-/// Sets the parameters of the models to the values in `summary`.
-void set_values(const Fit& summary, const JointLayout& layout, std::vector<StemModel>& models) {
-    for (std::size_t m = 0; m < models.size(); ++m) {
-        const std::size_t count = models[m].free_count();
-        for (std::size_t k = 0; k < count; ++k) {
-            const JointLayout::Share& share = layout.shares[m][k];
-            const auto told = std::ranges::find(summary.parameters, layout.ids[share.place],
-                                                &FittedParameter::id);
-            if (told == summary.parameters.end())
-                continue;
-            models[m].set_value(k, share.factor * told->value);
-        }
-    }
-}
-
-} // namespace
-
 Fit numbers_of(const Fit& fit) {
     Fit out = fit;
     out.parts.clear();
@@ -66,7 +47,15 @@ std::vector<StemModel> models_of(const Fit& numbers, std::span<const ObservedRec
     std::vector<StemModel> models;
     for (const ObservedRecording& recording : recordings)
         models.push_back(observed_model(numbers.effects, recording, options.chain));
-    set_values(numbers, joint_layout(models, recordings, belongs_to_recording), models);
+    const JointLayout layout = joint_layout(models, recordings, belongs_to_recording);
+    for (std::size_t m = 0; m < models.size(); ++m)
+        for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
+            const auto [place, factor] = layout.shares[m][k];
+            const auto told =
+                std::ranges::find(numbers.parameters, layout.ids[place], &FittedParameter::id);
+            if (told != numbers.parameters.end())
+                models[m].set_value(k, factor * told->value);
+        }
     return models;
 }
 

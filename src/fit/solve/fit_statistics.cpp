@@ -41,12 +41,6 @@ double add_residuals(const ObservedRecording& measurement, RecordingFit& fit) {
     return sum_of_squares;
 }
 
-/// Jᵀ W J over the readings that were seen.
-Eigen::MatrixXd information(const RecordingFit& fit) {
-    const Eigen::MatrixXd jacobian = whitened_jacobian(fit);
-    return jacobian.transpose() * jacobian;
-}
-
 /// Inverse of a symmetric matrix that may be singular.
 struct InverseInformation {
     Eigen::MatrixXd inverse; ///< without the directions that have no information
@@ -89,12 +83,13 @@ bool is_error(const JointLayout& layout, const Fit& fit, std::size_t joint) {
     return fit.parts[model].model.is_error(parameter);
 }
 
-/// Information of all parts on the joint parameters.
+/// Jᵀ W J of all parts over the readings that were seen, by the joint parameters.
 Eigen::MatrixXd joint_information(const JointLayout& layout, const Fit& fit) {
     const auto count = static_cast<Eigen::Index>(layout.ids.size());
     Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
     for (std::size_t m = 0; m < fit.parts.size(); ++m) {
-        const Eigen::MatrixXd own = information(fit.parts[m]);
+        const Eigen::MatrixXd jacobian = whitened_jacobian(fit.parts[m]);
+        const Eigen::MatrixXd own = jacobian.transpose() * jacobian;
         const std::vector<JointLayout::Share>& shares = layout.shares[m];
         for (std::size_t a = 0; a < shares.size(); ++a)
             for (std::size_t b = 0; b < shares.size(); ++b)
@@ -234,21 +229,15 @@ std::size_t free_count(const std::vector<bool>& is_held) {
     return static_cast<std::size_t>(std::ranges::count(is_held, false));
 }
 
-/// The squares of the error terms, each in the first part that has it.
-void add_constraints(const JointLayout& layout, Fit& fit) {
-    for (std::size_t k = 0; k < layout.ids.size(); ++k)
-        if (is_error(layout, fit, k)) {
-            const auto [model, parameter] = layout.owners[k];
-            fit.parts[model].chi_squared += std::pow(fit.parts[model].model.value(parameter), 2);
-        }
-}
-
 /// Sums over the parts, whose residuals are known.
 void add_sums(const JointLayout& layout, std::vector<bool> is_held, double sum_of_squares,
               Fit& fit) {
     for (std::size_t k = 0; k < is_held.size(); ++k)
-        is_held[k] = is_held[k] || is_error(layout, fit, k);
-    add_constraints(layout, fit);
+        if (is_error(layout, fit, k)) { // adds its square to the first part that has it
+            const auto [model, parameter] = layout.owners[k];
+            fit.parts[model].chi_squared += std::pow(fit.parts[model].model.value(parameter), 2);
+            is_held[k] = true;
+        }
     double weighted = 0.0;
     for (std::size_t m = 0; m < fit.parts.size(); ++m) {
         RecordingFit& part = fit.parts[m];
@@ -266,6 +255,29 @@ void add_sums(const JointLayout& layout, std::vector<bool> is_held, double sum_o
     fit.degrees_of_freedom = fit.readings > free ? fit.readings - free : 0;
     fit.reduced_chi_squared =
         fit.chi_squared / static_cast<double>(std::max<std::size_t>(fit.degrees_of_freedom, 1));
+}
+
+/// Jᵀ N⁻¹ U: the contribution of each term, by its name, to the gradient by the joint parameters.
+std::map<std::string, Eigen::VectorXd>
+gradients_of_terms(std::span<const ObservedRecording> recordings, const JointLayout& layout,
+                   const Fit& fit) {
+    const Eigen::VectorXd none =
+        Eigen::VectorXd::Zero(static_cast<Eigen::Index>(layout.ids.size()));
+    std::map<std::string, Eigen::VectorXd> gradients;
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        if (!recordings[m].errors)
+            continue;
+        const Eigen::MatrixXd jacobian = whitened_jacobian(fit.parts[m]);
+        for (const ReadingErrors::Term& term : recordings[m].errors->terms) {
+            const Eigen::VectorXd own =
+                jacobian.transpose() * whitened_term(term, fit.parts[m], jacobian);
+            Eigen::VectorXd& sum = gradients.try_emplace(term.name, none).first->second;
+            for (std::size_t k = 0; k < layout.shares[m].size(); ++k)
+                sum(static_cast<Eigen::Index>(layout.shares[m][k].place)) +=
+                    layout.shares[m][k].factor * own(static_cast<Eigen::Index>(k));
+        }
+    }
+    return gradients;
 }
 
 } // namespace
@@ -293,33 +305,6 @@ void add_statistics(std::span<const ObservedRecording> measurements, const Joint
     }
     say_bounds(fit.parameters, is_held, fit.reason);
 }
-
-namespace {
-
-/// Jᵀ N⁻¹ U: the contribution of each term, by its name, to the gradient by the joint parameters.
-std::map<std::string, Eigen::VectorXd>
-gradients_of_terms(std::span<const ObservedRecording> recordings, const JointLayout& layout,
-                   const Fit& fit) {
-    const Eigen::VectorXd none =
-        Eigen::VectorXd::Zero(static_cast<Eigen::Index>(layout.ids.size()));
-    std::map<std::string, Eigen::VectorXd> gradients;
-    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
-        if (!recordings[m].errors)
-            continue;
-        const Eigen::MatrixXd jacobian = whitened_jacobian(fit.parts[m]);
-        for (const ReadingErrors::Term& term : recordings[m].errors->terms) {
-            const Eigen::VectorXd own =
-                jacobian.transpose() * whitened_term(term, fit.parts[m], jacobian);
-            Eigen::VectorXd& sum = gradients.try_emplace(term.name, none).first->second;
-            for (std::size_t k = 0; k < layout.shares[m].size(); ++k)
-                sum(static_cast<Eigen::Index>(layout.shares[m][k].place)) +=
-                    layout.shares[m][k].factor * own(static_cast<Eigen::Index>(k));
-        }
-    }
-    return gradients;
-}
-
-} // namespace
 
 StemModel linear_start(const RecordingFit& stated, const ObservedRecording& recording) {
     StemModel start = beside_errors(stated.model, recording);

@@ -8,18 +8,6 @@
 namespace culm::fit {
 namespace {
 
-/// The input behind a term of the fit: a stated input, or a number that the model adds.
-StatedInput input_of(const ReadingErrors::Term& term, std::vector<StatedInput>& inputs,
-                     std::size_t k) {
-    if (k < inputs.size())
-        return std::move(inputs[k]);
-    StatedInput own;
-    own.name = term.name;
-    own.unit = "1";
-    own.standard_uncertainty = 1.0;
-    return own;
-}
-
 /// Relative standard uncertainty of the parameter; 0 where it is not fitted.
 double relative_uncertainty(const RecordingFit& fit, const physics::ParameterId& id,
                             const std::vector<double>& variances) {
@@ -63,7 +51,13 @@ UncertaintyBudget uncertainty_budget(const RecordingFit& stated, const Recording
             continue;
         const bool is_stated = k < inputs.size();
         BudgetInput& line = budget.inputs.emplace_back();
-        line.input = input_of(term, inputs, k);
+        if (is_stated) {
+            line.input = std::move(inputs[k]);
+        } else { // a number that the model adds
+            line.input.name = term.name;
+            line.input.unit = "1";
+            line.input.standard_uncertainty = 1.0;
+        }
         const FittedParameter& error = judged.parameters[first + k];
         line.pull = error.value;
         line.uncertainty_with_readings = error.standard_error * line.input.standard_uncertainty;
