@@ -2,37 +2,10 @@
 #include "residuals/ring_downs.hpp"
 
 #include <cmath>
-#include <utility>
+#include <string>
+#include <vector>
 
 namespace culm::residuals {
-namespace {
-
-/// Eq. 1 assumes a release from rest at time 0; measurement and model get a free phase alike.
-reduce::RingDownAnalysisOptions ring_down_options(const measure::Measurement& measurement,
-                                                  const fit::RecordingFit& fit) {
-    reduce::RingDownAnalysisOptions options;
-    options.window = fit.times.back();
-    options.has_phase = true;
-    options.has_offset = measurement.release == measure::ReleaseKind::HeldStraight ||
-                         !fit.model.spec.effects.empty();
-    return options;
-}
-
-/// The histories with the model's readings instead of the measured ones.
-reduce::StemHistories modelled_histories(const fit::RecordingFit& fit, reduce::StemHistories stem) {
-    const std::size_t rows = fit.prediction.rows;
-    stem.times.resize(fit.times.size());
-    for (std::size_t j = 0; j < rows; ++j) {
-        stem.histories[j].resize(fit.times.size());
-        for (std::size_t i = 0; i < fit.times.size(); ++i)
-            if (!std::isnan(stem.histories[j][i]))
-                stem.histories[j][i] = fit.prediction.readings[i * rows + j];
-    }
-    return stem;
-}
-
-} // namespace
-
 reduce::StemHistories histories_of(const measure::Measurement& measurement) {
     reduce::StemHistories stem;
     stem.id = measurement.stem.id;
@@ -51,10 +24,23 @@ reduce::StemHistories histories_of(const measure::Measurement& measurement) {
 
 RingDownsOfBoth ring_downs_of_both(const fit::RecordingFit& fit,
                                    const measure::Measurement& measurement) {
-    const reduce::RingDownAnalysisOptions options = ring_down_options(measurement, fit);
+    // Eq. 1 assumes a release from rest at time 0; measurement and model get a free phase alike.
+    reduce::RingDownAnalysisOptions options;
+    options.window = fit.times.back();
+    options.has_phase = true;
+    options.has_offset = measurement.release == measure::ReleaseKind::HeldStraight ||
+                         !fit.model.spec.effects.empty();
     const reduce::StemHistories measured = histories_of(measurement);
-    return {reduce::fit_stem(measured, options),
-            reduce::fit_stem(modelled_histories(fit, measured), options)};
+    reduce::StemHistories modelled = measured;
+    modelled.times.resize(fit.times.size());
+    for (std::size_t j = 0; j < fit.prediction.rows; ++j) {
+        std::vector<double>& history = modelled.histories[j];
+        history.resize(fit.times.size());
+        for (std::size_t i = 0; i < fit.times.size(); ++i)
+            if (!std::isnan(history[i]))
+                history[i] = fit.prediction.readings[i * fit.prediction.rows + j];
+    }
+    return {reduce::fit_stem(measured, options), reduce::fit_stem(modelled, options)};
 }
 
 } // namespace culm::residuals

@@ -53,31 +53,25 @@ std::vector<double> strongest_shape(const fit::RecordingFit& fit,
     return shape;
 }
 
-/// Least-squares coordinate of one frame in the shape, over the rows that both tables have.
-class SwingProjection {
-  public:
-    SwingProjection(const fit::RecordingFit& fit, const std::vector<double>& shape)
-        : fit_(fit), shape_(shape) {}
+constexpr double cycles_of_window = 5.0;
+constexpr std::size_t fewest_window_frames = 15; ///< for five numbers
+constexpr double smallest_amplitude = 3.0;       ///< over the noise
 
-    template <class Reading>
-    [[nodiscard]] double operator()(std::size_t frame, const Reading& reading) const {
-        // q = Σ w s y/Σ w s² minimises Σ w (y − q s)², w = 1/σ².
-        double sum = 0.0;
-        double norm = 0.0;
-        for (std::size_t j = 0; j < shape_.size(); ++j) {
-            if (std::isnan(fit_.residuals[frame * shape_.size() + j]))
-                continue;
-            const double precision = 1.0 / (fit_.noise[j] * fit_.noise[j]);
-            sum += precision * shape_[j] * reading(frame * shape_.size() + j);
-            norm += precision * shape_[j] * shape_[j];
-        }
-        return norm > 0.0 ? sum / norm : std::numeric_limits<double>::quiet_NaN();
+std::optional<WindowFit> fit_window(const std::vector<double>& times,
+                                    const std::vector<double>& values, double length) {
+    reduce::RingDownAnalysisOptions options;
+    options.has_phase = true;
+    options.has_offset = true;
+    try {
+        const reduce::RingDownAnalysis found = reduce::analyse_ring_down(times, values, options);
+        // A exp(b t) at the middle of the window, where its amplitude is known best.
+        return WindowFit{std::abs(found.amplitude.value) *
+                             std::exp(0.5 * length * found.decay_rate.value),
+                         found.frequency, found.decay_per_cycle, found.offset};
+    } catch (const core::NumericalError&) {
+        return std::nullopt;
     }
-
-  private:
-    const fit::RecordingFit& fit_;
-    const std::vector<double>& shape_;
-};
+}
 
 } // namespace
 
@@ -85,7 +79,21 @@ Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measure
     Swing swing;
     swing.shape = strongest_shape(fit, measurement);
     swing.times = fit.times;
-    const SwingProjection project(fit, swing.shape);
+    // Least-squares coordinate of one frame in the shape, over the rows that were seen.
+    const auto project = [&](std::size_t frame, const auto& reading) {
+        // q = Σ w s y/Σ w s² minimises Σ w (y − q s)², w = 1/σ².
+        const std::size_t rows = swing.shape.size();
+        double sum = 0.0;
+        double norm = 0.0;
+        for (std::size_t j = 0; j < rows; ++j) {
+            if (std::isnan(fit.residuals[frame * rows + j]))
+                continue;
+            const double precision = 1.0 / (fit.noise[j] * fit.noise[j]);
+            sum += precision * swing.shape[j] * reading(frame * rows + j);
+            norm += precision * swing.shape[j] * swing.shape[j];
+        }
+        return norm > 0.0 ? sum / norm : std::numeric_limits<double>::quiet_NaN();
+    };
     const std::size_t parameters = fit.prediction.parameters;
     const std::size_t release = fit.model.first_error() - 1;
     for (std::size_t i = 0; i < fit.times.size(); ++i) {
@@ -109,30 +117,6 @@ Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measure
         modes.empty() ? physics::first_frequency(fit.model.spec.stem) : modes.front().frequency;
     return swing;
 }
-
-namespace {
-
-constexpr double cycles_of_window = 5.0;
-constexpr std::size_t fewest_window_frames = 15; ///< for five numbers
-constexpr double smallest_amplitude = 3.0;       ///< over the noise
-
-std::optional<WindowFit> fit_window(const std::vector<double>& times,
-                                    const std::vector<double>& values, double length) {
-    reduce::RingDownAnalysisOptions options;
-    options.has_phase = true;
-    options.has_offset = true;
-    try {
-        const reduce::RingDownAnalysis found = reduce::analyse_ring_down(times, values, options);
-        // A exp(b t) at the middle of the window, where its amplitude is known best.
-        return WindowFit{std::abs(found.amplitude.value) *
-                             std::exp(0.5 * length * found.decay_rate.value),
-                         found.frequency, found.decay_per_cycle, found.offset};
-    } catch (const core::NumericalError&) {
-        return std::nullopt;
-    }
-}
-
-} // namespace
 
 std::vector<SwingWindow> swing_windows(const Swing& swing) {
     std::vector<SwingWindow> windows;
