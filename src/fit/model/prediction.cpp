@@ -3,8 +3,6 @@
 
 #include "core/error.hpp"
 #include "core/lanes.hpp"
-#include "fit/model/stem_chain.hpp"
-#include "fit/model/stem_model.hpp"
 #include "fit/model/superposition.hpp"
 #include "measure/folder/observation.hpp"
 #include "physics/effects/stem_scales.hpp"
@@ -24,89 +22,6 @@
 
 namespace culm::fit {
 
-/// The held stem and its holder are fixed to the support and move with it as one body. (A finger on
-/// firm ground would bend the stem in time with the support. The lower heights, which show the
-/// motion of the support best, hardly distinguish the two cases.)
-class HeldFrames {
-  public:
-    /// Throws core::InputError like run::case_model.
-    explicit HeldFrames(const StemModel& model);
-
-    [[nodiscard]] bool move() const { return case_.chain.base_motion.has_value(); }
-
-    /// Shift of the height in the picture relative to its position at the release, m. `time` counts
-    /// from the release, s.
-    [[nodiscard]] double shift(double time, double height) const;
-
-    /// Its derivative by a free parameter of the model, m per unit of the parameter.
-    [[nodiscard]] double derivative(std::size_t parameter, double time, double height) const;
-
-    /// Its derivative by time, m/s.
-    [[nodiscard]] double rate(double time, double height) const;
-
-  private:
-    struct Neighbours {
-        run::CaseModel below, above;
-        double distance; ///< between their values of the parameter
-    };
-
-    [[nodiscard]] double shift_of(const run::CaseModel& model, double time, double height) const;
-
-    double free_length_;
-    run::CaseModel case_;
-    std::vector<Neighbours> neighbours_; ///< by parameter
-};
-
-namespace {
-
-/// Relative to a parameter's size. The support's path is smooth: the error of a central difference
-/// is the square of this step, and that of rounding is 1e-16 over the step.
-constexpr double relative_step = 1e-5;
-
-} // namespace
-
-HeldFrames::HeldFrames(const StemModel& model)
-    : free_length_(model.spec.stem.free_length()), case_(run::case_model(model.spec)) {
-    if (!move())
-        return;
-    for (const FreeParameter& parameter : model.parameters) {
-        const double value = parameter.access.get(model.spec);
-        const double size = std::max(std::abs(value), parameter.access.scale);
-        run::CaseSpec below = model.spec;
-        run::CaseSpec above = model.spec;
-        parameter.access.set(below, value - relative_step * size);
-        parameter.access.set(above, value + relative_step * size);
-        neighbours_.push_back(
-            {run::case_model(below), run::case_model(above), 2.0 * relative_step * size});
-    }
-}
-
-double HeldFrames::shift_of(const run::CaseModel& model, double time, double height) const {
-    const physics::BaseMotion<double>& base = *model.chain.base_motion;
-    return (physics::base_position(base, time) - physics::base_position(base, 0.0)) *
-           (1.0 + model.camera.scale_change * height / free_length_);
-}
-
-double HeldFrames::shift(double time, double height) const {
-    return move() ? shift_of(case_, time, height) : 0.0;
-}
-
-double HeldFrames::derivative(std::size_t parameter, double time, double height) const {
-    if (!move())
-        return 0.0;
-    const Neighbours& pair = neighbours_[parameter];
-    return (shift_of(pair.above, time, height) - shift_of(pair.below, time, height)) /
-           pair.distance;
-}
-
-double HeldFrames::rate(double time, double height) const {
-    if (!move())
-        return 0.0;
-    const double step = relative_step / case_.chain.base_motion->angular_frequency;
-    return (shift_of(case_, time + step, height) - shift_of(case_, time - step, height)) /
-           (2.0 * step);
-}
-
 namespace {
 
 /// Motion out of the plane twists the stem, a little and fast. The usual steps give derivatives by
@@ -118,6 +33,10 @@ constexpr double spatial_tolerance = 2e-7;
 /// damping would wait minutes for the ringing of the highest modes.
 constexpr double most_steps_per_period = 400.0;
 constexpr double most_steps_per_sample = 1.0; ///< added to these for fast visible motion
+
+/// Relative to a parameter's size. The support's path is smooth: the error of a central difference
+/// is the square of this step, and that of rounding is 1e-16 over the step.
+constexpr double relative_step = 1e-5;
 
 /// The case with the duration that the readings need for any release within its bounds, because the
 /// duration must not depend on the fitted parameters.
@@ -154,76 +73,101 @@ run::CaseWithSensitivities simulate(const run::CaseSpec& spec,
     return result_or_throw(run::simulate_with_sensitivities(spec, parameters, heartbeat));
 }
 
-/// Predicts a frame as the mean over its exposure, by Gauss's rule of four points. The error is a
-/// thousandth of a swing if the exposure covers nine tenths of a period. The release excites such
-/// fast modes, which an exposure of a millisecond blurs.
-class ExposedFrame {
-  public:
-    ExposedFrame(std::span<const double> sample_times, double time, double exposure) {
-        if (exposure <= 0.0) {
-            stencils_.emplace_back(measure::time_stencil(sample_times, time), 1.0);
-            return;
-        }
-        using Rule = boost::math::quadrature::gauss<double, 4>; // its points x and −x, in [−1, 1]
-        for (std::size_t k = 0; k < Rule::abscissa().size(); ++k)
-            for (const double side : {-0.5, 0.5})
-                stencils_.emplace_back(
-                    measure::time_stencil(sample_times,
-                                          time + side * Rule::abscissa()[k] * exposure),
-                    0.5 * Rule::weights()[k]);
-    }
-    template <class Table>
-    [[nodiscard]] double value(const Table& table, std::size_t rows, std::size_t row) const {
-        double sum = 0.0;
-        for (const auto& [stencil, weight] : stencils_)
-            sum += weight * stencil.value(table, rows, row);
-        return sum;
-    }
-    template <class Table>
-    [[nodiscard]] double rate(const Table& table, std::size_t rows, std::size_t row) const {
-        double sum = 0.0;
-        for (const auto& [stencil, weight] : stencils_)
-            sum += weight * stencil.rate(table, rows, row);
-        return sum;
-    }
-
-  private:
-    std::vector<std::pair<measure::TimeStencil, double>> stencils_;
-};
+/// The samples that predict a frame, with weights: the mean over its exposure, by Gauss's rule of
+/// four points. The error is a thousandth of a swing if the exposure covers nine tenths of a
+/// period. The release excites such fast modes, which an exposure of a millisecond blurs.
+std::vector<std::pair<measure::TimeStencil, double>>
+stencils_of(std::span<const double> sample_times, double time, double exposure) {
+    if (exposure <= 0.0)
+        return {{measure::time_stencil(sample_times, time), 1.0}};
+    std::vector<std::pair<measure::TimeStencil, double>> stencils;
+    using Rule = boost::math::quadrature::gauss<double, 4>; // its points x and −x, in [−1, 1]
+    for (std::size_t k = 0; k < Rule::abscissa().size(); ++k)
+        for (const double side : {-0.5, 0.5})
+            stencils.emplace_back(
+                measure::time_stencil(sample_times, time + side * Rule::abscissa()[k] * exposure),
+                0.5 * Rule::weights()[k]);
+    return stencils;
+}
 
 void add_frame(const StemModel& model, std::span<const double> values,
                const run::CaseWithSensitivities& simulated, std::span<const double> sample_times,
                double since_release, ChainPrediction& prediction) {
-    const ExposedFrame stencil(sample_times, since_release, model.exposure);
+    const auto stencils = stencils_of(sample_times, since_release, model.exposure);
     const auto& heights = simulated.result.height_deflection;
+    const auto value = [&](const auto& table, std::size_t row) {
+        double sum = 0.0;
+        for (const auto& [stencil, weight] : stencils)
+            sum += weight * stencil.value(table, prediction.rows, row);
+        return sum;
+    };
     for (std::size_t j = 0; j < prediction.rows; ++j) {
-        prediction.readings.push_back(stencil.value(heights, prediction.rows, j));
+        prediction.readings.push_back(value(heights, j));
         for (std::size_t k = 0; k < values.size(); ++k)
             prediction.jacobian.push_back(derivative_by_value(
-                model.parameters[k], values[k],
-                stencil.value(simulated.height_derivatives[k], prediction.rows, j)));
-        if (model.release_time_bound > 0.0)
-            prediction.jacobian.push_back(-stencil.rate(heights, prediction.rows, j));
+                model.parameters[k], values[k], value(simulated.height_derivatives[k], j)));
+        if (model.release_time_bound > 0.0) {
+            double rate = 0.0;
+            for (const auto& [stencil, weight] : stencils)
+                rate += weight * stencil.rate(heights, prediction.rows, j);
+            prediction.jacobian.push_back(-rate);
+        }
         prediction.jacobian.resize(prediction.readings.size() * prediction.parameters);
     }
 }
 
+/// Shift of a height in the picture relative to its position at the release, m, while the stem is
+/// held and its support moves. `time` counts from the release, s.
+double held_shift(const run::CaseModel& held, double free_length, double time, double height) {
+    const physics::BaseMotion<double>& base = *held.chain.base_motion;
+    return (physics::base_position(base, time) - physics::base_position(base, 0.0)) *
+           (1.0 + held.camera.scale_change * height / free_length);
+}
+
+/// The cases below and above a value of a parameter.
+struct Neighbours {
+    run::CaseModel below, above;
+    double distance; ///< between their values of the parameter
+};
+
+Neighbours neighbours_of(const run::CaseSpec& spec, const run::CaseParameter& parameter) {
+    const double value = parameter.get(spec);
+    const double size = std::max(std::abs(value), parameter.scale);
+    run::CaseSpec below = spec;
+    run::CaseSpec above = spec;
+    parameter.set(below, value - relative_step * size);
+    parameter.set(above, value + relative_step * size);
+    return {run::case_model(below), run::case_model(above), 2.0 * relative_step * size};
+}
+
+/// The held stem and its holder are fixed to the support and move with it as one body. (A finger on
+/// firm ground would bend the stem in time with the support. The lower heights, which show the
+/// motion of the support best, hardly distinguish the two cases.)
 void move_held_frames(const StemModel& model, std::span<const double> times,
                       ChainPrediction& prediction) {
-    const HeldFrames held(model);
-    if (!held.move())
+    const double length = model.spec.stem.free_length();
+    const run::CaseModel held = run::case_model(model.spec);
+    if (!held.chain.base_motion)
         return;
+    std::vector<Neighbours> neighbours; // by parameter
+    for (const FreeParameter& parameter : model.parameters)
+        neighbours.push_back(neighbours_of(model.spec, parameter.access));
+    const double step = relative_step / held.chain.base_motion->angular_frequency;
     for (std::size_t i = 0; i < times.size() && times[i] < model.release_time; ++i)
         for (std::size_t j = 0; j < prediction.rows; ++j) {
-            const double since_release = times[i] - model.release_time;
+            const double time = times[i] - model.release_time;
             const double height = model.spec.heights[j];
             const std::size_t at = i * prediction.rows + j;
-            prediction.readings[at] += held.shift(since_release, height);
+            prediction.readings[at] += held_shift(held, length, time, height);
             double* const derivatives = prediction.jacobian.data() + at * prediction.parameters;
-            for (std::size_t k = 0; k < model.parameters.size(); ++k)
-                derivatives[k] += held.derivative(k, since_release, height);
+            for (std::size_t k = 0; k < neighbours.size(); ++k)
+                derivatives[k] += (held_shift(neighbours[k].above, length, time, height) -
+                                   held_shift(neighbours[k].below, length, time, height)) /
+                                  neighbours[k].distance;
             if (model.release_time_bound > 0.0)
-                derivatives[model.parameters.size()] -= held.rate(since_release, height);
+                derivatives[neighbours.size()] -= (held_shift(held, length, time + step, height) -
+                                                   held_shift(held, length, time - step, height)) /
+                                                  (2.0 * step);
         }
 }
 

@@ -13,9 +13,9 @@ namespace culm::fit {
 /// Readings at `times` (s, ascending, 0 about the release) and the case's heights. The chain is
 /// sampled in time, and a reading is a cubic through four samples (measure::time_stencil), which
 /// also gives the derivative by the release time. Before the release, the readings are those of the
-/// held stem (HeldFrames). A superposed model (superposition.hpp) is computed by its planar models;
-/// its Y must be free. Throws core::NumericalError if the case cannot be computed, run::Abandoned
-/// if the heartbeat says so.
+/// held stem, which moves with its support. A superposed model (superposition.hpp) is computed by
+/// its planar models; its Y must be free. Throws core::NumericalError if the case cannot be
+/// computed, run::Abandoned if the heartbeat says so.
 [[nodiscard]] ChainPrediction predict_readings(const StemModel& model,
                                                std::span<const double> times,
                                                const run::Heartbeat& heartbeat = {});
