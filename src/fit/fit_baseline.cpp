@@ -34,15 +34,6 @@ BaselineFit fit_chain_to(std::vector<ObservedRecording> known, std::vector<Recor
     return out;
 }
 
-/// A fit to a recording with the noise that was stated or measured at rest.
-RecordingFit with_noise_as_measured(RecordingFit fit, const ObservedRecording& measured) {
-    if (ReadingNoise noise = reading_noise(measured); !noise.by_row.empty()) {
-        fit.noise = std::move(noise.by_row);
-        fit.noise_source = std::move(noise.source);
-    }
-    return fit;
-}
-
 /// The largest fitted model within `effects`; the chain itself if there is none.
 const Fit& model_within(const SelectedEffects& effects, const std::vector<Fit>& models) {
     const Fit* within = &models.front();
@@ -144,8 +135,12 @@ baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
     std::vector<ObservedRecording> known = baseline.recordings;
     bool is_other = false;
     for (std::size_t m = 0; m < known.size(); ++m) {
-        known[m] = with_noise_in_motion(with_noise_as_measured(larger.parts[m], recordings[m]),
-                                        recordings[m]);
+        RecordingFit own = larger.parts[m]; // with the noise that was stated or measured at rest
+        if (ReadingNoise noise = reading_noise(recordings[m]); !noise.by_row.empty()) {
+            own.noise = std::move(noise.by_row);
+            own.noise_source = std::move(noise.source);
+        }
+        known[m] = with_noise_in_motion(own, recordings[m]);
         known[m].errors = baseline.recordings[m].errors;
         is_other = is_other || !has_same_noise(known[m], baseline.recordings[m]);
     }
