@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include <fmt/core.h>
 
@@ -80,9 +81,7 @@ double balance_p_value(const fit::RecordingFit& fit, const Eigen::MatrixXd& whit
         const std::vector<double> values = row_residuals(fit, whitened, j);
         if (values.empty())
             continue;
-        double total = 0.0;
-        for (const double value : values)
-            total += value;
+        const double total = std::accumulate(values.begin(), values.end(), 0.0);
         // A sum of n independent residuals of unit variance has the variance n.
         sum += total * total / static_cast<double>(values.size());
         ++rows;

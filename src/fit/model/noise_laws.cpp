@@ -6,6 +6,7 @@
 #include <complex>
 #include <map>
 #include <numbers>
+#include <numeric>
 #include <utility>
 
 #include <boost/math/distributions/normal.hpp>
@@ -25,16 +26,10 @@ constexpr double significance = 1e-3;
 /// Student's t with more degrees of freedom is a Gaussian for every practical purpose.
 constexpr double most_degrees = 15.0;
 
-} // namespace
-
-double Tails::scored(double error) const {
-    if (!is_heavy)
-        return error;
-    const double z = error / scale;
-    return scale * (degrees + 1.0) * z / (degrees + z * z) / slope;
+/// Does a gain of log-likelihood by one more number show a property of the noise?
+bool is_significant(double gain) {
+    return gain > 0.0 && boost::math::gamma_q(0.5, gain) < significance;
 }
-
-namespace {
 
 /// Errors over the noise on a fine grid, with the number of errors at each point.
 using Counts = std::map<double, double>;
@@ -56,12 +51,17 @@ std::pair<double, double> best_scale(const Counts& errors, const Law& law, doubl
 
 } // namespace
 
+double Tails::scored(double error) const {
+    if (!is_heavy)
+        return error;
+    const double z = error / scale;
+    return scale * (degrees + 1.0) * z / (degrees + z * z) / slope;
+}
+
 Tails tails_of(const std::vector<double>& values) {
     const auto count = static_cast<double>(values.size());
-    double squares = 0.0;
-    for (const double value : values)
-        squares += value * value;
-    const double deviation = std::sqrt(squares / count);
+    const double deviation =
+        std::sqrt(std::inner_product(values.begin(), values.end(), values.begin(), 0.0) / count);
     const double grid = 0.05 * deviation; // too fine to matter, with few points
     Counts errors;
     for (const double value : values)
@@ -118,7 +118,7 @@ SlowNoise slow_noise_of(const Eigen::ArrayXd& power, double copies,
     const auto [correlation, smallest] =
         boost::math::tools::brent_find_minima(negative, 0.0, largest_correlation, digits);
     const double gain = negative(0.0) - smallest;
-    if (!(gain > 0.0) || !(boost::math::gamma_q(0.5, gain) < significance))
+    if (!is_significant(gain))
         return {power.mean(), 0.0};
     return {(power / spectrum_of(correlation, bins, frames)).mean(), correlation};
 }
@@ -139,7 +139,7 @@ TimingNoise timing_noise_of(const std::vector<double>& errors, const std::vector
         [&](double exponent) { return negative(std::pow(10.0, exponent)); }, -decades, decades,
         digits);
     const double gain = negative(0.0) - smallest;
-    if (!(gain > 0.0) || !(boost::math::gamma_q(0.5, gain) < significance))
+    if (!is_significant(gain))
         return {};
     const double ratio = std::pow(10.0, logarithm);
     const double deviation =

@@ -24,28 +24,17 @@ struct Scatter {
     }
 };
 
-/// Rows [first, last) that have a common noise.
-struct Rows {
-    std::size_t first = 0;
-    std::size_t last = 0;
-};
-
-/// The rows of a camera have a common noise, each sensor has its own.
-std::vector<Rows> rows_of_one_noise(const measure::Measurement& measurement) {
-    const std::size_t rows = measurement.heights.size();
-    if (measurement.sensors.empty())
-        return {{0, rows}};
-    std::vector<Rows> groups;
-    for (std::size_t j = 0; j < rows; ++j)
-        groups.push_back({j, j + 1});
-    return groups;
+/// Rows with a common noise: all rows of a camera; each sensor has its own.
+std::size_t rows_of_one_noise(const measure::Measurement& measurement) {
+    return measurement.sensors.empty() ? measurement.heights.size() : 1;
 }
 
-/// Scatter about the mean of each row in frames [begin, end).
-Scatter scatter_about_means(const measure::Measurement& measurement, const Rows& rows,
+/// Scatter about the mean of each row from `first` on that has the same noise, in frames [begin,
+/// end).
+Scatter scatter_about_means(const measure::Measurement& measurement, std::size_t first,
                             std::size_t begin, std::size_t end) {
     Scatter scatter;
-    for (std::size_t j = rows.first; j < rows.last; ++j) {
+    for (std::size_t j = first; j < first + rows_of_one_noise(measurement); ++j) {
         double sum = 0.0;
         double sum_of_squares = 0.0;
         std::size_t count = 0;
@@ -68,10 +57,10 @@ Scatter scatter_about_means(const measure::Measurement& measurement, const Rows&
 
 /// Scatter of the second differences, which are insensitive to a slow motion. White noise has 6
 /// times its variance in them.
-Scatter scatter_of_second_differences(const measure::Measurement& measurement, const Rows& rows,
+Scatter scatter_of_second_differences(const measure::Measurement& measurement, std::size_t first,
                                       std::size_t begin, std::size_t end) {
     Scatter scatter;
-    for (std::size_t j = rows.first; j < rows.last; ++j)
+    for (std::size_t j = first; j < first + rows_of_one_noise(measurement); ++j)
         for (std::size_t i = begin + 2; i < end; ++i) {
             const double difference = measurement.deflection(i, j) -
                                       2.0 * measurement.deflection(i - 1, j) +
@@ -104,11 +93,12 @@ std::vector<double> mean_uncertainties(const measure::Measurement& measurement) 
 /// (rows); empty if the first `held` frames do not determine it.
 std::vector<double> noise_while_held(const measure::Measurement& measurement, std::size_t held) {
     std::vector<double> noise;
-    for (const Rows& rows : rows_of_one_noise(measurement)) {
-        const Scatter before = scatter_about_means(measurement, rows, 0, held);
+    const std::size_t rows = rows_of_one_noise(measurement);
+    for (std::size_t first = 0; first < measurement.heights.size(); first += rows) {
+        const Scatter before = scatter_about_means(measurement, first, 0, held);
         if (before.degrees_of_freedom < fewest_degrees_of_freedom || !(before.sum_of_squares > 0.0))
             return {};
-        noise.insert(noise.end(), rows.last - rows.first, before.deviation());
+        noise.insert(noise.end(), rows, before.deviation());
     }
     return noise;
 }
@@ -117,14 +107,15 @@ std::vector<double> noise_while_held(const measure::Measurement& measurement, st
 std::vector<double> noise_at_rest(const measure::Measurement& measurement, std::size_t begin) {
     const std::size_t end = measurement.times.size();
     std::vector<double> noise;
-    for (const Rows& rows : rows_of_one_noise(measurement)) {
-        const Scatter about_mean = scatter_about_means(measurement, rows, begin, end);
-        const Scatter differences = scatter_of_second_differences(measurement, rows, begin, end);
+    const std::size_t rows = rows_of_one_noise(measurement);
+    for (std::size_t first = 0; first < measurement.heights.size(); first += rows) {
+        const Scatter about_mean = scatter_about_means(measurement, first, begin, end);
+        const Scatter differences = scatter_of_second_differences(measurement, first, begin, end);
         if (differences.degrees_of_freedom < 2 * fewest_degrees_of_freedom ||
             !(differences.sum_of_squares > 0.0) ||
             !(about_mean.deviation() < 1.2 * differences.deviation()))
             return {};
-        noise.insert(noise.end(), rows.last - rows.first, about_mean.deviation());
+        noise.insert(noise.end(), rows, about_mean.deviation());
     }
     return noise;
 }

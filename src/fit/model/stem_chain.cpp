@@ -17,11 +17,6 @@ namespace {
 constexpr int fewest_spheres = 5; // a cubic through four of them, and the clamp
 constexpr int most_spheres = 1000;
 
-/// Timoshenko's shear correction of a rectangle (Cowper 1966); general sections take it too.
-double shear_correction(double poissons_ratio) {
-    return 10.0 * (1.0 + poissons_ratio) / (12.0 + 11.0 * poissons_ratio);
-}
-
 /// Sets outer and inner diameter of the bonds, the width that faces the air, and of stems with a
 /// section its shear correction and rotary inertia. Returns a sentence on the properties of the
 /// section that the bonds cannot represent; empty if there are none.
@@ -37,8 +32,9 @@ std::string set_section(const measure::MeasuredStem& measured,
     // A ring has A = π(d_o² − d_i²)/4 and I = A (d_o² + d_i²)/16.
     const double area = measure::section_area(measured.section);
     const double second_moment = measure::second_moment_of_area(measured.section);
-    const double correction =
-        shear_correction(measured.poissons_ratio.value_or(stem.poissons_ratio));
+    // Timoshenko's shear correction of a rectangle (Cowper 1966); general sections take it too.
+    const double poissons_ratio = measured.poissons_ratio.value_or(stem.poissons_ratio);
+    const double correction = 10.0 * (1.0 + poissons_ratio) / (12.0 + 11.0 * poissons_ratio);
     stem.shear_area_share = correction;
     stem.rotary_inertia_share = 1.0;
     const double sum = 16.0 * second_moment / area;
@@ -56,13 +52,6 @@ std::string set_section(const measure::MeasuredStem& measured,
                        "the bonds have its second moment and {:.2g} of its area, on which only "
                        "stretching depends",
                        measured.id, stem.section_area() / area);
-}
-
-int checked_spheres(const measure::MeasuredStem& measured, int spheres) {
-    if (spheres < fewest_spheres || spheres > most_spheres)
-        throw core::InputError(fmt::format("{}: a chain of {} spheres; {} … {} are allowed",
-                                           measured.id, spheres, fewest_spheres, most_spheres));
-    return spheres;
 }
 
 void divide(double length, double mass_per_length, int spheres,
@@ -84,8 +73,10 @@ std::string set_geometry(const measure::MeasuredStem& measured, int spheres,
 
 StemChain chain_of(const measure::Measurement& measurement, const ChainOptions& options) {
     const measure::MeasuredStem& measured = measurement.stem;
-    const int spheres = checked_spheres(
-        measured, options.spheres.value_or(measured.spheres.value_or(default_sphere_count)));
+    const int spheres = options.spheres.value_or(measured.spheres.value_or(default_sphere_count));
+    if (spheres < fewest_spheres || spheres > most_spheres)
+        throw core::InputError(fmt::format("{}: a chain of {} spheres; {} … {} are allowed",
+                                           measured.id, spheres, fewest_spheres, most_spheres));
     StemChain chain;
     physics::StemParameters<double>& stem = chain.spec.stem;
     if (std::string remark = set_geometry(measured, spheres, stem); !remark.empty())

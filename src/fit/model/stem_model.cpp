@@ -3,7 +3,6 @@
 
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"
-#include "fit/model/observed_recording.hpp"
 #include "physics/effects/library.hpp"
 #include "reduce/population_statistics.hpp"
 #include "reduce/ring_down/ring_down_analysis.hpp"
@@ -22,15 +21,6 @@
 
 namespace culm::fit {
 
-/// Frame period, s, from the camera's rate if known, else the median difference of the times.
-[[nodiscard]] double frame_period(const measure::Measurement& measurement);
-
-double frame_period(const measure::Measurement& measurement) {
-    if (measurement.frames_per_second)
-        return 1.0 / *measurement.frames_per_second;
-    return measurement.times.size() < 2 ? 0.0 : core::median_interval(measurement.times);
-}
-
 namespace {
 
 /// Samples per cycle of the first mode. The second mode then has 19 samples per cycle, and its
@@ -41,10 +31,12 @@ constexpr double release_coverage = 3.0;      // standard uncertainties of the r
 /// Rates and strains show higher modes, which need denser samples.
 constexpr double share_for_sensors = 0.5;
 
-struct MeasuredMode {
-    double natural_frequency = 0.0; ///< undamped, Hz
-    double damping_ratio = 0.0;
-};
+/// Frame period, s, from the camera's rate if known, else the median difference of the times.
+double frame_period(const measure::Measurement& measurement) {
+    if (measurement.frames_per_second)
+        return 1.0 / *measurement.frames_per_second;
+    return measurement.times.size() < 2 ? 0.0 : core::median_interval(measurement.times);
+}
 
 /// Eq. 1 at one height.
 struct RowRingDown {
@@ -79,7 +71,7 @@ std::optional<RowRingDown> largest_ring_down(const measure::Measurement& measure
     return best;
 }
 
-/// Deflection of a cantilever under a force at its tip over that of the tip.
+/// Deflection of a cantilever under a force at its tip over that of the tip: x²(3 − x)/2.
 double tip_force_shape(const measure::Measurement& measurement, std::size_t row) {
     const double x = std::min(measurement.heights[row] / measurement.stem.length, 1.0);
     return 0.5 * x * x * (3.0 - x);
@@ -108,21 +100,13 @@ std::complex<double> reading_per_deflection(const measure::Measurement& measurem
     return shape;
 }
 
-/// Eq. 1 of the tip, y = amplitude · exp(decay_rate t) cos(2π frequency t + phase), that a
-/// ring-down of a row implies.
-struct TipMotion {
-    double amplitude = 0.0; ///< m
-    double phase = 0.0;     ///< rad
-};
-
-TipMotion tip_motion(const measure::Measurement& measurement, const RowRingDown& found) {
+/// Amplitude (m) and phase of the tip's vibration that a ring-down of a row implies.
+std::complex<double> tip_motion(const measure::Measurement& measurement, const RowRingDown& found) {
     const reduce::RingDownAnalysis& fit = found.fit;
-    const std::complex<double> per_deflection = reading_per_deflection(
-        measurement, found.row,
-        {fit.decay_rate.value, 2.0 * std::numbers::pi * fit.frequency.value});
-    const std::complex<double> motion =
-        std::polar(fit.amplitude.value, fit.phase.value) / per_deflection;
-    return {std::abs(motion), std::arg(motion)};
+    return std::polar(fit.amplitude.value, fit.phase.value) /
+           reading_per_deflection(
+               measurement, found.row,
+               {fit.decay_rate.value, 2.0 * std::numbers::pi * fit.frequency.value});
 }
 
 RowRingDown measured_ring_down(const measure::Measurement& measurement) {
@@ -142,12 +126,6 @@ RowRingDown measured_ring_down(const measure::Measurement& measurement) {
                         "from: {}",
                         measurement.stem.id, reason));
     return *std::move(best);
-}
-
-MeasuredMode mode_of(const reduce::RingDownAnalysis& ring_down) {
-    const double decay = std::max(-ring_down.decay_per_cycle.value, 0.0) / (2.0 * std::numbers::pi);
-    // b2 is the damped frequency and b1/b2 = −2π ζ/√(1 − ζ²).
-    return {ring_down.frequency.value * std::hypot(1.0, decay), decay / std::hypot(1.0, decay)};
 }
 
 /// Median of the tip deflections that the readings near the release imply for the shape of a
@@ -180,10 +158,10 @@ double released_deflection(const measure::Measurement& measurement) {
 void release_before(const measure::Measurement& measurement, const RowRingDown& found,
                     StemModel& model) {
     const reduce::RingDownAnalysis& ring_down = found.fit;
-    const TipMotion motion = tip_motion(measurement, found);
+    const std::complex<double> motion = tip_motion(measurement, found);
     const double period = 1.0 / ring_down.frequency.value;
     // cos(2π b2 t + φ) is at a turning point where 2π b2 t + φ = k π.
-    double since = motion.phase / std::numbers::pi * 0.5 * period;
+    double since = std::arg(motion) / std::numbers::pi * 0.5 * period;
     int half_periods = 0;
     while (since > 0.75 * period) {
         since -= 0.5 * period;
@@ -195,10 +173,58 @@ void release_before(const measure::Measurement& measurement, const RowRingDown& 
     }
     const double side = half_periods % 2 == 0 ? 1.0 : -1.0;
     const double decay = std::exp(-ring_down.decay_rate.value * since);
-    model.spec.tip_deflection = side * motion.amplitude * decay;
+    model.spec.tip_deflection = side * std::abs(motion) * decay;
     model.expected_release = -since;
     model.release_time = -since;
     model.release_time_bound = 0.25 * period;
+}
+
+constexpr double standard_gravity = 9.80665; // m/s²
+
+/// The active effect of this name in a case.
+template <class Spec>
+auto& active_values(Spec& spec, const std::string& name) {
+    const auto found = std::ranges::find_if(
+        spec.effects, [&name](const auto& active) { return active.effect->name() == name; });
+    if (found == spec.effects.end())
+        throw core::InputError(fmt::format("the model does not contain the effect {}", name));
+    return found->values;
+}
+
+bool is_gravity(physics::StatedBy stated_by) {
+    return stated_by == physics::StatedBy::AxialGravity ||
+           stated_by == physics::StatedBy::TransverseGravity;
+}
+
+double stated_gravity(physics::StatedBy component, const measure::Measurement& measurement) {
+    const bool is_axial = component == physics::StatedBy::AxialGravity;
+    switch (measurement.gravity_direction) {
+    case measure::GravityDirection::Axial:
+        return is_axial ? -standard_gravity : 0.0;
+    case measure::GravityDirection::Transverse:
+        return is_axial ? 0.0 : standard_gravity;
+    case measure::GravityDirection::None:
+        break;
+    }
+    throw core::InputError(
+        fmt::format("{}: gravity has no direction; write gravity_direction = \"axial\" or "
+                    "\"transverse\" in [measurement] of stem.toml",
+                    measurement.stem.id));
+}
+
+/// Sets the values that the measurement states and the user does not fix. A user who fixes one
+/// component of gravity fixes all of it.
+void set_stated_values(const physics::SelectedEffect& selected,
+                       const measure::Measurement& measurement, physics::ActiveEffect& active) {
+    const std::vector<physics::EffectParameter> parameters = selected.effect->parameters();
+    bool is_gravity_fixed = false;
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+        is_gravity_fixed |= is_gravity(parameters[k].stated_by) && selected.fixed[k].has_value();
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+        if (is_gravity(parameters[k].stated_by) && !is_gravity_fixed)
+            active.values[k] = stated_gravity(parameters[k].stated_by, measurement);
+        else if (parameters[k].stated_by == physics::StatedBy::HoldTime && !selected.fixed[k])
+            active.values[k] = measurement.hold_time.value_or(active.values[k]);
 }
 
 } // namespace
@@ -254,16 +280,19 @@ StemModel baseline_model(const measure::Measurement& measurement, const ChainOpt
                  release_coverage * measurement.release_uncertainty.value_or(0.0));
 
     const RowRingDown ring_down = measured_ring_down(measurement);
-    const MeasuredMode vibration = mode_of(ring_down.fit);
+    // b2 is the damped frequency and b1/b2 = −2π ζ/√(1 − ζ²).
+    const double decay =
+        std::max(-ring_down.fit.decay_per_cycle.value, 0.0) / (2.0 * std::numbers::pi);
+    const double frequency = ring_down.fit.frequency.value * std::hypot(1.0, decay); // undamped, Hz
+    const double damping_ratio = decay / std::hypot(1.0, decay);
     run::CaseSpec& spec = model.spec;
-    const double ratio = vibration.natural_frequency / run::natural_frequency(spec);
+    const double ratio = frequency / run::natural_frequency(spec);
     spec.stem.bond_youngs_modulus *= ratio * ratio;
     spec.stem.bond_damping = 1.0;
     // M = E I (κ + τ κ̇) damps a mode of angular frequency ω by ζ = ωτ/2.
-    const double wanted =
-        vibration.damping_ratio / (std::numbers::pi * vibration.natural_frequency);
+    const double wanted = damping_ratio / (std::numbers::pi * frequency);
     spec.stem.bond_damping = std::max(wanted / damping_time(spec), 1e-3);
-    spec.sample_interval = 1.0 / (samples_per_cycle * vibration.natural_frequency);
+    spec.sample_interval = 1.0 / (samples_per_cycle * frequency);
     if (!measurement.sensors.empty())
         spec.sample_interval *= share_for_sensors;
     if (measurement.release == measure::ReleaseKind::HeldStraight) {
@@ -274,8 +303,8 @@ StemModel baseline_model(const measure::Measurement& measurement, const ChainOpt
     if (measurement.sensors.empty()) {
         spec.tip_deflection = released_deflection(measurement);
     } else {
-        const TipMotion motion = tip_motion(measurement, ring_down);
-        spec.tip_deflection = motion.amplitude * std::cos(motion.phase);
+        const std::complex<double> motion = tip_motion(measurement, ring_down);
+        spec.tip_deflection = std::abs(motion) * std::cos(std::arg(motion));
     }
     if (measurement.release == measure::ReleaseKind::Moving)
         release_before(measurement, ring_down, model);
@@ -284,58 +313,6 @@ StemModel baseline_model(const measure::Measurement& measurement, const ChainOpt
     deflection.lower = -deflection.upper;
     return model;
 }
-
-namespace {
-
-constexpr double standard_gravity = 9.80665; // m/s²
-
-/// The active effect of this name in a case.
-template <class Spec>
-auto& active_values(Spec& spec, const std::string& name) {
-    const auto found = std::ranges::find_if(
-        spec.effects, [&name](const auto& active) { return active.effect->name() == name; });
-    if (found == spec.effects.end())
-        throw core::InputError(fmt::format("the model does not contain the effect {}", name));
-    return found->values;
-}
-
-bool is_gravity(physics::StatedBy stated_by) {
-    return stated_by == physics::StatedBy::AxialGravity ||
-           stated_by == physics::StatedBy::TransverseGravity;
-}
-
-double stated_gravity(physics::StatedBy component, const measure::Measurement& measurement) {
-    const bool is_axial = component == physics::StatedBy::AxialGravity;
-    switch (measurement.gravity_direction) {
-    case measure::GravityDirection::Axial:
-        return is_axial ? -standard_gravity : 0.0;
-    case measure::GravityDirection::Transverse:
-        return is_axial ? 0.0 : standard_gravity;
-    case measure::GravityDirection::None:
-        break;
-    }
-    throw core::InputError(
-        fmt::format("{}: gravity has no direction; write gravity_direction = \"axial\" or "
-                    "\"transverse\" in [measurement] of stem.toml",
-                    measurement.stem.id));
-}
-
-/// Sets the values that the measurement states and the user does not fix. A user who fixes one
-/// component of gravity fixes all of it.
-void set_stated_values(const physics::SelectedEffect& selected,
-                       const measure::Measurement& measurement, physics::ActiveEffect& active) {
-    const std::vector<physics::EffectParameter> parameters = selected.effect->parameters();
-    bool is_gravity_fixed = false;
-    for (std::size_t k = 0; k < parameters.size(); ++k)
-        is_gravity_fixed |= is_gravity(parameters[k].stated_by) && selected.fixed[k].has_value();
-    for (std::size_t k = 0; k < parameters.size(); ++k)
-        if (is_gravity(parameters[k].stated_by) && !is_gravity_fixed)
-            active.values[k] = stated_gravity(parameters[k].stated_by, measurement);
-        else if (parameters[k].stated_by == physics::StatedBy::HoldTime && !selected.fixed[k])
-            active.values[k] = measurement.hold_time.value_or(active.values[k]);
-}
-
-} // namespace
 
 FreeParameter effect_parameter(const physics::Effect& effect,
                                const physics::StemParameters<double>& stem, std::size_t parameter) {
@@ -370,19 +347,11 @@ StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
     return model;
 }
 
-namespace {
-
-/// Index in the library; past its end for a user's effect.
-std::size_t library_place(const physics::Effect& effect) {
-    const std::vector<std::string> names = physics::effect_names();
-    return static_cast<std::size_t>(std::ranges::find(names, effect.name()) - names.begin());
-}
-
-} // namespace
-
 SelectedEffects in_library_order(SelectedEffects effects) {
-    std::ranges::stable_sort(effects, {}, [](const physics::SelectedEffect& selected) {
-        return std::pair(library_place(*selected.effect), selected.effect->name());
+    const std::vector<std::string> names = physics::effect_names();
+    std::ranges::stable_sort(effects, {}, [&names](const physics::SelectedEffect& selected) {
+        const std::string name = selected.effect->name(); // a user's effect is not among the names
+        return std::pair(std::ranges::find(names, name), name);
     });
     return effects;
 }
@@ -438,20 +407,18 @@ SelectedEffects candidate_effects(std::span<const measure::Measurement> recordin
         return recording.sensors.empty() ||
                std::ranges::any_of(recording.sensors, &measure::Sensor::is_camera);
     };
+    const auto has_no_direction = [](const measure::Measurement& recording) {
+        return recording.gravity_direction == measure::GravityDirection::None;
+    };
     SelectedEffects candidates;
     for (const physics::EffectPointer& effect : physics::all_effects()) {
         if (effect->is_of_the_release() && std::ranges::any_of(recordings, is_moving))
             continue;
         if (effect->is_of_the_camera() && std::ranges::none_of(recordings, has_camera))
             continue;
-        const bool needs_direction = std::ranges::any_of(effect->parameters(), [](const auto& of) {
-            return of.stated_by == physics::StatedBy::AxialGravity ||
-                   of.stated_by == physics::StatedBy::TransverseGravity;
-        });
-        if (needs_direction &&
-            std::ranges::any_of(recordings, [](const measure::Measurement& recording) {
-                return recording.gravity_direction == measure::GravityDirection::None;
-            }))
+        const bool needs_direction = std::ranges::any_of(
+            effect->parameters(), [](const auto& of) { return is_gravity(of.stated_by); });
+        if (needs_direction && std::ranges::any_of(recordings, has_no_direction))
             continue;
         candidates.push_back(
             {effect, std::vector<std::optional<double>>(effect->parameters().size())});

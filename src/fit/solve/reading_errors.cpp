@@ -67,7 +67,9 @@ class InputErrors {
                 model.parameters.push_back({input.access, input.unit});
         }
         rows_column_ = model.parameters.size();
-        if (std::ranges::any_of(inputs, &moves_rows))
+        if (std::ranges::any_of(inputs, [](const StatedInput& input) {
+                return input.acts == InputActs::OnRows || input.acts == InputActs::OnPicture;
+            }))
             model.parameters.push_back({height_of_rows(measurement), "m"});
         if (!model.parameters.empty())
             changed_ = predict_readings(model, measurement.times, heartbeat);
@@ -81,7 +83,10 @@ class InputErrors {
             term.name = term_name(inputs_[k], measurement_);
             for (std::size_t at = 0; at < own_.readings.size(); ++at)
                 term.readings.push_back(derivative(at, k));
-            const Eigen::VectorXd follow = compensation(term);
+            // The change of the fit's parameters that is most similar to the term.
+            const Eigen::VectorXd follow =
+                linear_step(jacobian_, whitened_term(term, fit_, jacobian_), jacobian_.cols(), 0)
+                    .change;
             for (std::size_t p = 0; p < fit_.model.parameters.size(); ++p) {
                 const physics::ParameterId& id = fit_.model.parameters[p].access.id;
                 if (id != physics::bond_youngs_modulus && id != physics::bond_damping)
@@ -90,24 +95,17 @@ class InputErrors {
                 (id == physics::bond_damping ? term.log_damping : term.log_modulus) =
                     change / fit_.model.value(p);
                 for (std::size_t at = 0; at < own_.readings.size(); ++at)
-                    term.readings[at] -= change * by_own(at, p);
+                    term.readings[at] -= change * by(own_, at, p);
             }
         }
         return terms;
     }
 
   private:
-    [[nodiscard]] static bool moves_rows(const StatedInput& input) {
-        return input.acts == InputActs::OnRows || input.acts == InputActs::OnPicture;
-    }
-
-    /// Derivative by a parameter of the fit; the last one is the release time if it is free.
-    [[nodiscard]] double by_own(std::size_t at, std::size_t parameter) const {
-        return finite(own_.jacobian[at * own_.parameters + parameter]);
-    }
-
-    [[nodiscard]] double by_changed(std::size_t at, std::size_t column) const {
-        return finite(changed_.jacobian[at * changed_.parameters + column]);
+    /// Derivative of a reading by one of the prediction's parameters.
+    [[nodiscard]] static double by(const ChainPrediction& prediction, std::size_t at,
+                                   std::size_t parameter) {
+        return finite(prediction.jacobian[at * prediction.parameters + parameter]);
     }
 
     /// Derivative of predicted − measured by input `k`, times its uncertainty u.
@@ -117,13 +115,13 @@ class InputErrors {
         double change = 0.0;
         switch (input.acts) {
         case InputActs::OnChain:
-            change = by_changed(at, columns_[k]);
+            change = by(changed_, at, columns_[k]);
             break;
         case InputActs::OnRows:
-            change = by_changed(at, rows_column_);
+            change = by(changed_, at, rows_column_);
             break;
         case InputActs::OnPicture:
-            change = height * by_changed(at, rows_column_) - finite(own_.readings[at]);
+            change = height * by(changed_, at, rows_column_) - finite(own_.readings[at]);
             break;
         case InputActs::OnSensor:
             if (at % own_.rows == input.row)
@@ -133,16 +131,10 @@ class InputErrors {
             // If the rate is larger by the share c, the reading was taken at t/(1 + c), where the
             // prediction is smaller by c t dy/dt. The last derivative is −dy/dt.
             if (fit_.model.release_time_bound > 0.0)
-                change = measurement_.times[at / own_.rows] * by_own(at, own_.parameters - 1);
+                change = measurement_.times[at / own_.rows] * by(own_, at, own_.parameters - 1);
             break;
         }
         return change * input.standard_uncertainty;
-    }
-
-    /// (parameters of the fit): the change of the parameters that is most similar to the term.
-    [[nodiscard]] Eigen::VectorXd compensation(const ReadingErrors::Term& term) const {
-        return linear_step(jacobian_, whitened_term(term, fit_, jacobian_), jacobian_.cols(), 0)
-            .change;
     }
 
     const RecordingFit& fit_;
@@ -223,14 +215,6 @@ std::vector<double> predicted(const RecordingFit& fit, const std::vector<double>
 }
 
 constexpr const char* division_name = "division of the chain";
-
-/// Copies the division of the chain that was computed about another model.
-void take_division(const ReadingErrors& before, ReadingErrors& errors) {
-    errors.known = before.known;
-    std::ranges::copy_if(
-        before.terms, std::back_inserter(errors.terms),
-        [](const ReadingErrors::Term& term) { return term.name == division_name; });
-}
 
 /// Adds the known effect of the division of the chain, and a term for its uncertainty.
 void add_division(const RecordingFit& fit, const FinerChain& finer, const FinerChain& first,
@@ -338,7 +322,9 @@ std::vector<ObservedRecording> with_reading_errors(std::span<const ObservedRecor
             errors->times = recordings[m].times;
             errors->terms = InputErrors(fits[m], recordings[m], inputs, heartbeat).terms();
             if (before != nullptr) {
-                take_division(*before, *errors);
+                errors->known = before->known;
+                std::ranges::copy_if(before->terms, std::back_inserter(errors->terms),
+                                     [](const auto& term) { return term.name == division_name; });
             } else {
                 const FinerChain finer = finer_chain(fits[m], out[m].noise_model.get());
                 if (!first)

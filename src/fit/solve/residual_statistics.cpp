@@ -17,14 +17,6 @@ namespace culm::fit {
 
 namespace {
 
-/// Standard deviation of one reading, m.
-double noise_of(const RecordingFit& fit, std::size_t at) {
-    const double of_row = fit.noise[at % fit.prediction.rows];
-    return fit.noise_model && !fit.noise_model->relative.empty()
-               ? of_row * fit.noise_model->relative[at]
-               : of_row;
-}
-
 /// Sums over the readings of a group.
 class GroupSum {
   public:
@@ -33,13 +25,17 @@ class GroupSum {
             add(fit, frame, j);
     }
     void add(const RecordingFit& fit, std::size_t frame, std::size_t row) {
-        const double residual = fit.residuals[frame * fit.prediction.rows + row];
+        const std::size_t at = frame * fit.prediction.rows + row;
+        const double residual = fit.residuals[at];
         if (std::isnan(residual))
             return;
         ++readings_;
         sum_ += residual;
         squares_ += residual * residual;
-        whitened_ += std::pow(residual / noise_of(fit, frame * fit.prediction.rows + row), 2);
+        const bool is_relative = fit.noise_model && !fit.noise_model->relative.empty();
+        const double noise = // of the reading
+            is_relative ? fit.noise[row] * fit.noise_model->relative[at] : fit.noise[row];
+        whitened_ += std::pow(residual / noise, 2);
     }
     [[nodiscard]] ResidualGroup group(double lower, double upper) const {
         const auto count = static_cast<double>(std::max<std::size_t>(readings_, 1));
@@ -54,6 +50,16 @@ class GroupSum {
     double squares_ = 0.0;
     double whitened_ = 0.0;
 };
+
+/// P(TW1 ≥ x) by the gamma distribution with the same first three moments (Chiani 2014, J.
+/// Multivariate Anal. 129:69-81, Table 1).
+double tracy_widom_tail(double x) {
+    constexpr double shape = 46.446;
+    constexpr double scale = 0.186054;
+    constexpr double shift = 9.84801;
+    const double place = (x + shift) / scale;
+    return place <= 0.0 ? 1.0 : boost::math::gamma_q(shape, place);
+}
 
 } // namespace
 
@@ -222,25 +228,6 @@ double typical_noise(const RecordingFit& fit) {
     return std::sqrt(sum / static_cast<double>(std::max<std::size_t>(fit.noise.size(), 1)));
 }
 
-namespace {
-
-std::vector<double> column(const Eigen::MatrixXd& table, Eigen::Index j) {
-    const Eigen::VectorXd values = table.col(j);
-    return {values.begin(), values.end()};
-}
-
-/// P(TW1 ≥ x) by the gamma distribution with the same first three moments (Chiani 2014, J.
-/// Multivariate Anal. 129:69-81, Table 1).
-double tracy_widom_tail(double x) {
-    constexpr double shape = 46.446;
-    constexpr double scale = 0.186054;
-    constexpr double shift = 9.84801;
-    const double place = (x + shift) / scale;
-    return place <= 0.0 ? 1.0 : boost::math::gamma_q(shape, place);
-}
-
-} // namespace
-
 double effective_degrees_of_freedom(const Eigen::MatrixXd& whitened, std::size_t lags) {
     const Eigen::Index frames = whitened.rows();
     const Eigen::Index rows = whitened.cols();
@@ -250,7 +237,8 @@ double effective_degrees_of_freedom(const Eigen::MatrixXd& whitened, std::size_t
     double share = 0.0; // of independent frames, weighted by the rows' variances
     double weights = 0.0;
     for (Eigen::Index j = 0; j < rows; ++j) {
-        const std::vector<double> covariance = reduce::autocovariance(column(whitened, j), lags);
+        const std::vector<double> row(whitened.col(j).begin(), whitened.col(j).end());
+        const std::vector<double> covariance = reduce::autocovariance(row, lags);
         if (!(covariance.front() > 0.0))
             continue;
         double sum = 0.0;

@@ -16,36 +16,25 @@ constexpr std::size_t most_frequencies = 2000;
 constexpr std::size_t mode_count = 3;
 constexpr double half_band = 0.25;
 
-/// Frames after the release, and their weights under Hann's window.
-struct WindowedFrames {
-    std::vector<std::size_t> frames;
+/// Hann's window for the frames from `first` on. The residual of a decaying swing ends abruptly at
+/// both ends of the record; without a window its side lobes (−13 dB) would look like vibrations.
+/// Those of Hann's window fall by 18 dB an octave.
+std::vector<double> window_from(std::size_t first, const std::vector<double>& times) {
     std::vector<double> weights;
-};
-
-/// The residual of a decaying swing ends abruptly at both ends of the record; without a window its
-/// side lobes (−13 dB) would look like vibrations. Those of Hann's window fall by 18 dB an octave.
-WindowedFrames windowed_frames(const RecordingFit& fit) {
-    WindowedFrames windowed;
-    const double last = fit.times.back();
-    for (std::size_t i = 0; i < fit.times.size(); ++i) {
-        if (fit.times[i] < 0.0)
-            continue;
-        windowed.frames.push_back(i);
-        const double phase = std::numbers::pi * fit.times[i] / last;
-        windowed.weights.push_back(std::pow(std::sin(phase), 2));
-    }
-    return windowed;
+    for (std::size_t i = first; i < times.size(); ++i)
+        weights.push_back(std::pow(std::sin(std::numbers::pi * times[i] / times.back()), 2));
+    return weights;
 }
 
 /// A periodogram at any frequency, also for frames with gaps; white noise of size σ has the mean 1:
-/// |Σ w r e^(−iωt)|² / (σ² Σ w²), averaged over the rows.
-double power_at(const RecordingFit& fit, const WindowedFrames& windowed, double frequency) {
+/// |Σ w r e^(−iωt)|² / (σ² Σ w²), averaged over the rows. `weights`: of the last frames.
+double power_at(const RecordingFit& fit, const std::vector<double>& weights, double frequency) {
     const std::size_t rows = fit.prediction.rows;
     std::vector<std::complex<double>> sums(rows);
     std::vector<double> norms(rows, 0.0);
-    for (std::size_t k = 0; k < windowed.frames.size(); ++k) {
-        const std::size_t i = windowed.frames[k];
-        const double weight = windowed.weights[k];
+    for (std::size_t k = 0; k < weights.size(); ++k) {
+        const std::size_t i = fit.times.size() - weights.size() + k;
+        const double weight = weights[k];
         const std::complex<double> turn =
             std::polar(weight, -2.0 * std::numbers::pi * frequency * fit.times[i]);
         for (std::size_t j = 0; j < rows; ++j) {
@@ -100,19 +89,20 @@ void add_bands(ResidualSpectrum& spectrum) {
 
 ResidualSpectrum residual_spectrum(const RecordingFit& fit) {
     ResidualSpectrum spectrum;
-    const WindowedFrames windowed = windowed_frames(fit);
-    if (windowed.frames.size() < 4)
+    const auto released = std::ranges::lower_bound(fit.times, 0.0);
+    const std::vector<double> weights =
+        window_from(static_cast<std::size_t>(released - fit.times.begin()), fit.times);
+    if (weights.size() < 4)
         return spectrum;
     const double duration = fit.times.back();
     spectrum.resolution = 1.0 / duration;
-    const double half_rate = 0.5 * static_cast<double>(windowed.frames.size() - 1) /
-                             (duration - fit.times[windowed.frames.front()]);
+    const double half_rate = 0.5 * static_cast<double>(weights.size() - 1) / (duration - *released);
     const auto count =
         std::min(static_cast<std::size_t>(half_rate * duration) + 1, most_frequencies);
     for (std::size_t k = 0; k < count; ++k) {
         spectrum.frequencies.push_back(static_cast<double>(k) * spectrum.resolution);
         // A real constant has all its power at one frequency, a vibration half of it at −f.
-        spectrum.power.push_back(power_at(fit, windowed, spectrum.frequencies.back()));
+        spectrum.power.push_back(power_at(fit, weights, spectrum.frequencies.back()));
     }
     for (const integrate::VibrationMode& mode : run::chain_modes(fit.model.spec, mode_count))
         if (mode.frequency < half_rate)
