@@ -31,12 +31,6 @@ std::optional<physics::EffectParameter> described(const StemModel& model,
     return physics::parameter_named(model.spec.effects, parameter.access.id);
 }
 
-physics::StartScales scales_of(const RecordingFit& fit) {
-    physics::StartScales scales = stem_start_scales(fit.model.spec.stem, fit.times.back());
-    scales.residual_peaks = [&fit] { return residual_peaks(fit, 2); };
-    return scales;
-}
-
 /// Starts for a stem that leaves the plane, from the beats in its readings. Empty if none.
 std::vector<StemModel> beat_starts(const StemModel& first, const RecordingFit& smaller,
                                    const integrate::VibrationMode& mode) {
@@ -248,7 +242,8 @@ std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& sm
         }))
         if (auto starts = beat_starts(first, smaller, modes.front()); !starts.empty())
             return starts;
-    const physics::StartScales scales = scales_of(smaller);
+    physics::StartScales scales = stem_start_scales(smaller.model.spec.stem, smaller.times.back());
+    scales.residual_peaks = [&smaller] { return residual_peaks(smaller, 2); };
     std::vector<StemModel> starts{first};
     for (const FreeParameter& parameter : first.parameters) {
         const auto of = described(first, parameter);
