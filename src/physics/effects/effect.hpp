@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace culm::physics {
@@ -177,53 +178,80 @@ struct EffectTarget {
     std::vector<AttachedMass> attached = {};
 };
 
+/// Adds an effect to the target; `values` in the order of its parameters.
+using ApplyEffect = std::function<void(std::span<const double> values, EffectTarget& target)>;
+/// Narrows defaults, bounds and scales to sensible values for one stem.
+using SuitParameters = void (*)(const StemParameters<double>& stem,
+                                std::span<EffectParameter> parameters);
+
+/// All that describes an effect, except what it does.
+struct EffectCard {
+    std::string name;
+    Family family = Family::Own;
+    std::string summary; ///< what it is, one line
+    std::string law;     ///< its equation, as text
+    std::string source;  ///< a citation
+    /// Its signature in a recording, and the remedy in the laboratory or in the study.
+    std::string signature;
+    std::string remedy;
+    /// Energy that it stores, and energy that it supplies or dissipates (computed in energy.hpp).
+    std::string energy;
+    std::vector<EffectParameter> parameters;
+    /// Effects that describe the same physics and cannot be combined with this one.
+    std::vector<std::string> excludes = {};
+    int dimensions = 2; ///< 3 if the motion leaves the plane of the pull
+    BelongsTo belongs_to = BelongsTo::Stem;
+    std::vector<RevealingExperiment> revealed_by = {};
+    /// Is its law defined over the whole length, so that a part of the stem needs another law?
+    bool spans_the_stem = false;
+    bool is_of_the_release = false; ///< it acts only while the stem is released
+    bool is_of_the_camera = false;  ///< it changes the pictures of a camera only
+    /// Planar chains that together describe the observed motion if it leaves the plane slightly;
+    /// null: the effect acts in the plane.
+    std::vector<PlanarPart> (*planar_parts)(std::span<const double> values) = nullptr;
+    std::vector<SpecialCase> special_cases = {}; ///< laws of the library that it contains
+};
+
 /// One effect of the library or of a user. Immutable.
 class Effect {
   public:
-    virtual ~Effect() = default;
-    Effect() = default;
-    Effect(const Effect&) = delete;
-    Effect& operator=(const Effect&) = delete;
+    Effect(EffectCard card, ApplyEffect how, SuitParameters suit)
+        : card_(std::move(card)), apply_(std::move(how)), suit_(suit) {}
 
-    [[nodiscard]] virtual std::string name() const = 0;
-    [[nodiscard]] virtual std::string summary() const = 0; ///< what it is, one line
-    [[nodiscard]] virtual std::string law() const = 0;     ///< its equation, as text
-    [[nodiscard]] virtual std::string source() const = 0;  ///< a citation
-    /// Its signature in a recording, and the remedy in the laboratory or in the study.
-    [[nodiscard]] virtual std::string signature() const = 0;
-    [[nodiscard]] virtual std::string remedy() const = 0;
-    /// Energy that it stores, and energy that it supplies or dissipates (computed in energy.hpp).
-    [[nodiscard]] virtual std::string energy() const = 0;
-    [[nodiscard]] virtual std::vector<EffectParameter> parameters() const = 0;
-    /// The same with defaults, bounds and scales for one stem, which define the start and the range
-    /// of a fit. The bounds lie within those of parameters(), which are valid for every stem.
-    [[nodiscard]] virtual std::vector<EffectParameter>
-    parameters_for(const StemParameters<double>& /*stem*/) const {
-        return parameters();
-    }
-    /// Effects that describe the same physics and cannot be combined with this one.
-    [[nodiscard]] virtual std::vector<std::string> excludes() const { return {}; }
-    [[nodiscard]] virtual Family family() const { return Family::Own; }
-    [[nodiscard]] virtual BelongsTo belongs_to() const { return BelongsTo::Stem; }
-    [[nodiscard]] virtual std::vector<RevealingExperiment> revealed_by() const { return {}; }
-    /// Is its law defined over the whole length, so that a part of the stem needs another law?
-    [[nodiscard]] virtual bool spans_the_stem() const { return false; }
-    /// Does it act only while the stem is released?
-    [[nodiscard]] virtual bool is_of_the_release() const { return false; }
-    /// Does it change the pictures of a camera only?
-    [[nodiscard]] virtual bool is_of_the_camera() const { return false; }
-    /// 3 if the motion leaves the plane of the pull.
-    [[nodiscard]] virtual int dimensions() const { return 2; }
-    /// Planar chains that together describe the observed motion if it leaves the plane slightly;
-    /// empty: the effect acts in the plane.
-    [[nodiscard]] virtual std::vector<PlanarPart>
-    planar_parts(std::span<const double> /*values*/) const {
-        return {};
-    }
-    /// Laws of the library that it contains.
-    [[nodiscard]] virtual std::vector<SpecialCase> special_cases() const { return {}; }
+    // Members of the card.
+    [[nodiscard]] std::string name() const { return card_.name; }
+    [[nodiscard]] Family family() const { return card_.family; }
+    [[nodiscard]] std::string summary() const { return card_.summary; }
+    [[nodiscard]] std::string law() const { return card_.law; }
+    [[nodiscard]] std::string source() const { return card_.source; }
+    [[nodiscard]] std::string signature() const { return card_.signature; }
+    [[nodiscard]] std::string remedy() const { return card_.remedy; }
+    [[nodiscard]] std::string energy() const { return card_.energy; }
+    [[nodiscard]] std::vector<EffectParameter> parameters() const { return card_.parameters; }
+    [[nodiscard]] std::vector<std::string> excludes() const { return card_.excludes; }
+    [[nodiscard]] int dimensions() const { return card_.dimensions; }
+    [[nodiscard]] BelongsTo belongs_to() const { return card_.belongs_to; }
+    [[nodiscard]] std::vector<RevealingExperiment> revealed_by() const { return card_.revealed_by; }
+    [[nodiscard]] bool spans_the_stem() const { return card_.spans_the_stem; }
+    [[nodiscard]] bool is_of_the_release() const { return card_.is_of_the_release; }
+    [[nodiscard]] bool is_of_the_camera() const { return card_.is_of_the_camera; }
+    [[nodiscard]] std::vector<SpecialCase> special_cases() const { return card_.special_cases; }
+
+    /// The parameters with defaults, bounds and scales for one stem, which define the start and the
+    /// range of a fit. The bounds lie within those of parameters(), which are valid for every stem.
+    [[nodiscard]] std::vector<EffectParameter>
+    parameters_for(const StemParameters<double>& stem) const;
+    /// The card's planar parts; empty if the effect acts in the plane.
+    [[nodiscard]] std::vector<PlanarPart> planar_parts(std::span<const double> values) const;
     /// Adds the effect; `values` in the order of parameters().
-    virtual void apply(std::span<const double> values, EffectTarget& target) const = 0;
+    void apply(std::span<const double> values, EffectTarget& target) const {
+        apply_(values, target);
+    }
+
+  private:
+    EffectCard card_;
+    ApplyEffect apply_;
+    SuitParameters suit_;
 };
 
 using EffectPointer = std::shared_ptr<const Effect>;
@@ -234,34 +262,9 @@ struct ActiveEffect {
     std::vector<double> values;
 };
 
-/// Values that the getters of Effect with the same names return.
-struct EffectCard {
-    std::string name;
-    Family family = Family::Own;
-    std::string summary;
-    std::string law;
-    std::string source;
-    std::string signature;
-    std::string remedy;
-    std::string energy;
-    std::vector<EffectParameter> parameters;
-    std::vector<std::string> excludes = {};
-    int dimensions = 2;
-    BelongsTo belongs_to = BelongsTo::Stem;
-    std::vector<RevealingExperiment> revealed_by = {};
-    bool spans_the_stem = false;
-    bool is_of_the_release = false;
-    bool is_of_the_camera = false;
-    std::vector<PlanarPart> (*planar_parts)(std::span<const double> values) = nullptr;
-    std::vector<SpecialCase> special_cases = {};
-};
-
-using ApplyEffect = void (*)(std::span<const double> values, EffectTarget& target);
-/// Narrows defaults, bounds and scales to sensible values for one stem.
-using SuitParameters = void (*)(const StemParameters<double>& stem,
-                                std::span<EffectParameter> parameters);
-
-[[nodiscard]] EffectPointer make_effect(EffectCard card, ApplyEffect apply,
-                                        SuitParameters suit = nullptr);
+[[nodiscard]] inline EffectPointer make_effect(EffectCard card, ApplyEffect apply,
+                                               SuitParameters suit = nullptr) {
+    return std::make_shared<Effect>(std::move(card), std::move(apply), suit);
+}
 
 } // namespace culm::physics

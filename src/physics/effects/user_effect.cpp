@@ -26,34 +26,6 @@ constexpr std::array<NamedKind, 3> kinds{{
     {"base_moment", UserLawKind::BaseMoment, "moment on the stem at the clamp, which turns, N m"},
 }};
 
-class UserEffect final : public Effect {
-  public:
-    UserEffect(UserEffectText text, std::shared_ptr<const UserExpression> expression)
-        : text_(std::move(text)), expression_(std::move(expression)) {}
-
-    [[nodiscard]] std::string name() const override { return text_.name; }
-    [[nodiscard]] std::string summary() const override { return text_.summary; }
-    [[nodiscard]] std::string law() const override {
-        const auto* kind = std::ranges::find(kinds, text_.kind, &NamedKind::kind);
-        return fmt::format("{}: {}", kind->law, text_.formula);
-    }
-    [[nodiscard]] std::string source() const override { return text_.source; }
-    [[nodiscard]] std::string signature() const override { return text_.signature; }
-    [[nodiscard]] std::string remedy() const override { return text_.remedy; }
-    [[nodiscard]] std::string energy() const override { return text_.energy; }
-    [[nodiscard]] std::vector<EffectParameter> parameters() const override {
-        return text_.parameters;
-    }
-    void apply(std::span<const double> values, EffectTarget& target) const override {
-        target.model.user_laws.push_back(
-            {text_.kind, expression_, std::vector<double>(values.begin(), values.end())});
-    }
-
-  private:
-    UserEffectText text_;
-    std::shared_ptr<const UserExpression> expression_;
-};
-
 /// At rest, and at motions of a stem's size in both directions.
 std::vector<UserLawInputs> samples() {
     std::vector<UserLawInputs> inputs;
@@ -149,7 +121,19 @@ EffectPointer make_user_effect(UserEffectText text) {
                                 "all that its parameters' bounds allow",
                                 error.what()));
             }
-    return std::make_shared<UserEffect>(std::move(text), std::move(expression));
+    const auto* kind = std::ranges::find(kinds, text.kind, &NamedKind::kind);
+    return make_effect(
+        {.name = std::move(text.name),
+         .summary = std::move(text.summary),
+         .law = fmt::format("{}: {}", kind->law, text.formula),
+         .source = std::move(text.source),
+         .signature = std::move(text.signature),
+         .remedy = std::move(text.remedy),
+         .energy = std::move(text.energy),
+         .parameters = std::move(text.parameters)},
+        [law = text.kind, expression](std::span<const double> values, EffectTarget& target) {
+            target.model.user_laws.push_back({law, expression, {values.begin(), values.end()}});
+        });
 }
 
 } // namespace culm::physics

@@ -6,15 +6,6 @@
 
 namespace culm::physics {
 
-namespace {
-
-void apply(std::span<const double> values, EffectTarget& target) {
-    target.model.base_motion =
-        BaseMotion<double>{values[0], 2.0 * std::numbers::pi * values[1], values[2]};
-}
-
-} // namespace
-
 EffectPointer base_motion() {
     return make_effect(
         {.name = "base_motion",
@@ -52,7 +43,10 @@ EffectPointer base_motion() {
                                                                -2.0 * std::numbers::pi / 3.0};
                                         })},
          .belongs_to = BelongsTo::Recording},
-        apply);
+        [](std::span<const double> values, EffectTarget& target) {
+            target.model.base_motion =
+                BaseMotion<double>{values[0], 2.0 * std::numbers::pi * values[1], values[2]};
+        });
 }
 
 } // namespace culm::physics

@@ -6,28 +6,6 @@
 
 namespace culm::physics {
 
-namespace {
-
-void apply(std::span<const double> values, EffectTarget& target) {
-    if (!target.model.bending)
-        target.model.bending.emplace();
-    target.model.bending->cubic = values[0];
-}
-
-/// A stem pulled aside by a tenth of its length L bends at the clamp with 0.3/L.
-void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
-    const double square = stem.free_length() * stem.free_length();
-    EffectParameter& gamma = parameters[0];
-    // At this bound 1 + 3 γ κ² reaches zero at the curvature above: the moment would fall while the
-    // bend grows.
-    gamma.lower = std::max(gamma.lower, -4.0 * square);
-    gamma.upper = std::min(gamma.upper, 4.0 * square);
-    gamma.default_value = -0.3 * square;
-    gamma.scale = 0.3 * square;
-}
-
-} // namespace
-
 EffectPointer bending_nonlinearity() {
     return make_effect(
         {.name = "bending_nonlinearity",
@@ -44,7 +22,22 @@ EffectPointer bending_nonlinearity() {
          .parameters = {size_parameter(
              "gamma_m2", "m²", "γ: negative where the stem softens",
              {.default_value = -0.01, .lower = -10.0, .upper = 10.0, .scale = 0.01})}},
-        apply, suit);
+        [](std::span<const double> values, EffectTarget& target) {
+            if (!target.model.bending)
+                target.model.bending.emplace();
+            target.model.bending->cubic = values[0];
+        },
+        // A stem pulled aside by a tenth of its length L bends at the clamp with 0.3/L.
+        [](const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+            const double square = stem.free_length() * stem.free_length();
+            EffectParameter& gamma = parameters[0];
+            // At this bound 1 + 3 γ κ² reaches zero at the curvature above: the moment would fall
+            // while the bend grows.
+            gamma.lower = std::max(gamma.lower, -4.0 * square);
+            gamma.upper = std::min(gamma.upper, 4.0 * square);
+            gamma.default_value = -0.3 * square;
+            gamma.scale = 0.3 * square;
+        });
 }
 
 } // namespace culm::physics

@@ -4,14 +4,6 @@
 
 namespace culm::physics {
 
-namespace {
-
-void apply(std::span<const double> values, EffectTarget& target) {
-    target.camera.scale_change = values[0];
-}
-
-} // namespace
-
 EffectPointer camera_tilt() {
     return make_effect(
         {.name = "camera_tilt",
@@ -31,7 +23,9 @@ EffectPointer camera_tilt() {
              "scale_change", "", "e: share by which the tip's row is read too large",
              {.default_value = 0.02, .lower = -0.5, .upper = 0.5, .scale = 0.01})},
          .belongs_to = BelongsTo::Rig},
-        apply);
+        [](std::span<const double> values, EffectTarget& target) {
+            target.camera.scale_change = values[0];
+        });
 }
 
 } // namespace culm::physics

@@ -5,19 +5,6 @@
 
 namespace culm::physics {
 
-namespace {
-
-void apply(std::span<const double> values, EffectTarget& target) {
-    // Without friction its rate has no effect, but it must not be zero.
-    target.model.hinge = BaseHinge<double>{values[0], 0.0, clamp_friction_rate().default_value};
-}
-
-void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
-    suit_clamp_stiffness(stem, parameters[0]);
-}
-
-} // namespace
-
 EffectPointer clamp_compliance() {
     return make_effect(
         {.name = "clamp_compliance",
@@ -35,7 +22,14 @@ EffectPointer clamp_compliance() {
          .energy = "stores ½ k θ². Conservative",
          .parameters = {clamp_stiffness()},
          .belongs_to = BelongsTo::Rig},
-        apply, suit);
+        [](std::span<const double> values, EffectTarget& target) {
+            // Without friction its rate has no effect, but it must not be zero.
+            target.model.hinge =
+                BaseHinge<double>{values[0], 0.0, clamp_friction_rate().default_value};
+        },
+        [](const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+            suit_clamp_stiffness(stem, parameters[0]);
+        });
 }
 
 } // namespace culm::physics

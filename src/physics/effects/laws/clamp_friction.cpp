@@ -10,20 +10,6 @@ namespace culm::physics {
 
 namespace {
 
-void apply(std::span<const double> values, EffectTarget& target) {
-    target.model.hinge = BaseHinge<double>{values[1], values[0], values[2]};
-}
-
-void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
-    // A hundredth of the root's moment when the tip is pulled aside by a tenth of the length.
-    const double scale = 0.003 * stiffness_scale(stem);
-    EffectParameter& moment = parameters[0];
-    moment.default_value = scale;
-    moment.scale = scale;
-    moment.upper = std::min(moment.upper, 1000.0 * scale);
-    suit_clamp_stiffness(stem, parameters[1]);
-}
-
 /// A rigid clamp has no friction: the spring only defines where friction acts.
 EffectParameter spring() {
     EffectParameter stiffness = clamp_stiffness();
@@ -58,7 +44,19 @@ EffectPointer clamp_friction() {
                         spring(), clamp_friction_rate()},
          .excludes = {"clamp_compliance"},
          .belongs_to = BelongsTo::Rig},
-        apply, suit);
+        [](std::span<const double> values, EffectTarget& target) {
+            target.model.hinge = BaseHinge<double>{values[1], values[0], values[2]};
+        },
+        [](const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+            // A hundredth of the root's moment when the tip is pulled aside by a tenth of the
+            // length.
+            const double scale = 0.003 * stiffness_scale(stem);
+            EffectParameter& moment = parameters[0];
+            moment.default_value = scale;
+            moment.scale = scale;
+            moment.upper = std::min(moment.upper, 1000.0 * scale);
+            suit_clamp_stiffness(stem, parameters[1]);
+        });
 }
 
 } // namespace culm::physics

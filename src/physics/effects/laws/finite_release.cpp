@@ -7,24 +7,6 @@
 
 namespace culm::physics {
 
-namespace {
-
-void apply(std::span<const double> values, EffectTarget& target) {
-    // The holding force is known once the stem has been deflected.
-    target.model.release = GradualRelease<double>{values[0], 0.0};
-}
-
-void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
-    const double period = 1.0 / first_frequency(stem);
-    EffectParameter& duration = parameters[0];
-    duration.default_value = std::max(duration.lower, 0.1 * period);
-    duration.scale = duration.default_value;
-    // A finger that takes more than a period leads the stem back and releases nothing.
-    duration.upper = std::min(duration.upper, std::max(period, 2.0 * duration.lower));
-}
-
-} // namespace
-
 EffectPointer finite_release() {
     return make_effect(
         {.name = "finite_release",
@@ -44,7 +26,18 @@ EffectPointer finite_release() {
              {.default_value = 2e-3, .lower = 1e-6, .upper = 10.0, .scale = 1e-3})},
          .belongs_to = BelongsTo::Recording,
          .is_of_the_release = true},
-        apply, suit);
+        [](std::span<const double> values, EffectTarget& target) {
+            // The holding force is known once the stem has been deflected.
+            target.model.release = GradualRelease<double>{values[0], 0.0};
+        },
+        [](const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+            const double period = 1.0 / first_frequency(stem);
+            EffectParameter& duration = parameters[0];
+            duration.default_value = std::max(duration.lower, 0.1 * period);
+            duration.scale = duration.default_value;
+            // A finger that takes more than a period leads the stem back and releases nothing.
+            duration.upper = std::min(duration.upper, std::max(period, 2.0 * duration.lower));
+        });
 }
 
 } // namespace culm::physics

@@ -80,13 +80,6 @@ std::vector<MaxwellBranch<double>> constant_loss_branches(double loss_factor,
     return branches;
 }
 
-void apply(std::span<const double> values, EffectTarget& target) {
-    const double first = first_frequency(target.stem);
-    for (const MaxwellBranch<double>& branch : constant_loss_branches(
-             values[0], {first * hysteretic_band.lowest, first * hysteretic_band.highest}))
-        target.model.branches.push_back(branch);
-}
-
 } // namespace
 
 EffectPointer hysteretic_damping() {
@@ -112,7 +105,12 @@ EffectPointer hysteretic_damping() {
          .parameters = {size_parameter(
              "loss_factor", "", "η: twice the damping ratio",
              {.default_value = 0.02, .lower = 0.0, .upper = 0.5, .scale = 0.01})}},
-        apply);
+        [](std::span<const double> values, EffectTarget& target) {
+            const double first = first_frequency(target.stem);
+            for (const MaxwellBranch<double>& branch : constant_loss_branches(
+                     values[0], {first * hysteretic_band.lowest, first * hysteretic_band.highest}))
+                target.model.branches.push_back(branch);
+        });
 }
 
 } // namespace culm::physics

@@ -37,14 +37,6 @@ void apply(std::span<const double> values, EffectTarget& target) {
     });
 }
 
-void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
-    const double length = stem.free_length();
-    EffectParameter& position = parameters[0];
-    position.upper = std::min(position.upper, length);
-    position.default_value = 0.3 * length;
-    position.scale = 0.1 * length;
-}
-
 } // namespace
 
 EffectPointer local_defect() {
@@ -81,7 +73,13 @@ EffectPointer local_defect() {
                .fitted_as = FittedAs::Logarithm,
                .absent = 1.0}},
          .spans_the_stem = true},
-        apply, suit);
+        apply, [](const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+            const double length = stem.free_length();
+            EffectParameter& position = parameters[0];
+            position.upper = std::min(position.upper, length);
+            position.default_value = 0.3 * length;
+            position.scale = 0.1 * length;
+        });
 }
 
 } // namespace culm::physics

@@ -9,26 +9,11 @@ namespace culm::physics {
 
 namespace {
 
-void apply(std::span<const double> values, EffectTarget& target) {
-    if (!target.model.bending)
-        target.model.bending.emplace();
-    target.model.bending->split = values[0];
-    target.model.bending->angle = values[1] * std::numbers::pi / 180.0;
-}
-
 /// Exact for small deflections: bending about one principal axis does not act on the other.
 std::vector<PlanarPart> planar_parts(std::span<const double> values) {
     const double angle = values[1] * std::numbers::pi / 180.0;
     const double along = std::pow(std::cos(angle), 2);
     return {{along, 1.0 + 0.5 * values[0]}, {1.0 - along, 1.0 - 0.5 * values[0]}};
-}
-
-/// Excludes motion in one plane from a fit: steps that are chosen for it are too long for the
-/// stem's twist, so the response to a small departure from the plane would be undetermined.
-void suit(const StemParameters<double>& /*stem*/, std::span<EffectParameter> parameters) {
-    parameters[0].lower = 1e-3;
-    parameters[1].lower = 3.0;
-    parameters[1].upper = 87.0;
 }
 
 } // namespace
@@ -80,7 +65,20 @@ EffectPointer out_of_plane() {
                              }}},
          .dimensions = 3,
          .planar_parts = planar_parts},
-        apply, suit);
+        [](std::span<const double> values, EffectTarget& target) {
+            if (!target.model.bending)
+                target.model.bending.emplace();
+            target.model.bending->split = values[0];
+            target.model.bending->angle = values[1] * std::numbers::pi / 180.0;
+        },
+        // Excludes motion in one plane from a fit: steps that are chosen for it are too long for
+        // the stem's twist, so the response to a small departure from the plane would be
+        // undetermined.
+        [](const StemParameters<double>& /*stem*/, std::span<EffectParameter> parameters) {
+            parameters[0].lower = 1e-3;
+            parameters[1].lower = 3.0;
+            parameters[1].upper = 87.0;
+        });
 }
 
 } // namespace culm::physics

@@ -27,13 +27,6 @@ struct PowerLaw {
     }
 };
 
-void apply(std::span<const double> values, EffectTarget& target) {
-    target.model.air.push_back({.law = &resistance_law<PowerLaw>,
-                                .coefficient = 0.5 * air_density * values[0] *
-                                               target.stem.width_in_air() * reference_speed,
-                                .shape = {values[1]}});
-}
-
 } // namespace
 
 EffectPointer power_drag() {
@@ -67,7 +60,12 @@ EffectPointer power_drag() {
          .belongs_to = BelongsTo::Rig,
          .revealed_by = {{"release in a vacuum", {0.0, 1.0}}},
          .special_cases = {{"viscous_drag", "exponent", 1.0}, {"quadratic_drag", "exponent", 2.0}}},
-        apply);
+        [](std::span<const double> values, EffectTarget& target) {
+            target.model.air.push_back({.law = &resistance_law<PowerLaw>,
+                                        .coefficient = 0.5 * air_density * values[0] *
+                                                       target.stem.width_in_air() * reference_speed,
+                                        .shape = {values[1]}});
+        });
 }
 
 } // namespace culm::physics

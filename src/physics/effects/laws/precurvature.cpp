@@ -23,16 +23,6 @@ void apply(std::span<const double> values, EffectTarget& target) {
     }
 }
 
-void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
-    const double length = stem.free_length();
-    for (EffectParameter& curvature : parameters) {
-        curvature.lower = std::max(curvature.lower, -1.0 / length);
-        curvature.upper = std::min(curvature.upper, 1.0 / length);
-        curvature.default_value = 0.02 / length;
-        curvature.scale = 0.02 / length;
-    }
-}
-
 EffectParameter curvature(const char* name, const char* place) {
     return {.name = name,
             .unit = "1/m",
@@ -65,7 +55,15 @@ EffectPointer precurvature() {
          .revealed_by = {{"turn the stem by 180 degrees about its own axis and release again",
                           {-1.0, -1.0}}},
          .spans_the_stem = true},
-        apply, suit);
+        apply, [](const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+            const double length = stem.free_length();
+            for (EffectParameter& curvature : parameters) {
+                curvature.lower = std::max(curvature.lower, -1.0 / length);
+                curvature.upper = std::min(curvature.upper, 1.0 / length);
+                curvature.default_value = 0.02 / length;
+                curvature.scale = 0.02 / length;
+            }
+        });
 }
 
 } // namespace culm::physics

@@ -17,12 +17,6 @@ struct QuadraticLaw {
     }
 };
 
-void apply(std::span<const double> values, EffectTarget& target) {
-    target.model.air.push_back(
-        {.law = &resistance_law<QuadraticLaw>,
-         .coefficient = 0.5 * air_density * values[0] * target.stem.width_in_air()});
-}
-
 } // namespace
 
 EffectPointer quadratic_drag() {
@@ -48,7 +42,11 @@ EffectPointer quadratic_drag() {
              {.default_value = 1.2, .lower = 0.0, .upper = 100.0, .scale = 1.0})},
          .belongs_to = BelongsTo::Rig,
          .revealed_by = {{"release in a vacuum", {0.0}}}},
-        apply);
+        [](std::span<const double> values, EffectTarget& target) {
+            target.model.air.push_back(
+                {.law = &resistance_law<QuadraticLaw>,
+                 .coefficient = 0.5 * air_density * values[0] * target.stem.width_in_air()});
+        });
 }
 
 } // namespace culm::physics

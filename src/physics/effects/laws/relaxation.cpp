@@ -10,17 +10,6 @@ namespace culm::physics {
 
 namespace {
 
-void apply(std::span<const double> values, EffectTarget& target) {
-    // While the stem is held, dκ/dt = 0 and q decays from g E I κ; the share exp(−t_h/τ) remains at
-    // the release.
-    const double fraction = values[0];
-    const double time = values[1];
-    const double hold_time = values[2];
-    target.model.branches.push_back({.relative_stiffness = fraction,
-                                     .relaxation_time = time,
-                                     .held_share = std::exp(-hold_time / time)});
-}
-
 std::vector<double> start_times(const StartScales& of) {
     // From ωτ = 1, where a branch damps the motion most, to a τ that still differs from a drift.
     const double shortest = 1.0 / (2.0 * std::numbers::pi * of.first_frequency);
@@ -57,7 +46,16 @@ EffectPointer relaxation() {
                               start_times, FittedAs::Logarithm),
               hold_time_parameter()},
          .revealed_by = {{"hold the stem ten times as long before the release", {1.0, 1.0, 10.0}}}},
-        apply);
+        [](std::span<const double> values, EffectTarget& target) {
+            // While the stem is held, dκ/dt = 0 and q decays from g E I κ; the share exp(−t_h/τ)
+            // remains at the release.
+            const double fraction = values[0];
+            const double time = values[1];
+            const double hold_time = values[2];
+            target.model.branches.push_back({.relative_stiffness = fraction,
+                                             .relaxation_time = time,
+                                             .held_share = std::exp(-hold_time / time)});
+        });
 }
 
 } // namespace culm::physics

@@ -4,14 +4,6 @@
 
 namespace culm::physics {
 
-namespace {
-
-void apply(std::span<const double> values, EffectTarget& target) {
-    target.camera.readout_time += values[0];
-}
-
-} // namespace
-
 EffectPointer rolling_shutter() {
     return make_effect(
         {.name = "rolling_shutter",
@@ -31,7 +23,9 @@ EffectPointer rolling_shutter() {
              {.default_value = 1e-4, .lower = -0.1, .upper = 0.1, .scale = 1e-4})},
          .belongs_to = BelongsTo::Rig,
          .is_of_the_camera = true},
-        apply);
+        [](std::span<const double> values, EffectTarget& target) {
+            target.camera.readout_time += values[0];
+        });
 }
 
 } // namespace culm::physics

@@ -5,19 +5,6 @@
 
 namespace culm::physics {
 
-namespace {
-
-void apply(std::span<const double> values, EffectTarget& target) {
-    const double change = values[0];
-    const double length = target.stem.free_length();
-    change_along_stem(target, [=](StemParameters<double> stem, double position) {
-        stem.bond_youngs_modulus *= 1.0 + change * (position / length - 0.5);
-        return stem;
-    });
-}
-
-} // namespace
-
 EffectPointer stiffness_gradient() {
     return make_effect(
         {.name = "stiffness_gradient",
@@ -37,7 +24,14 @@ EffectPointer stiffness_gradient() {
              "r: modulus at the tip less that at the clamp, over that at mid-length",
              {.default_value = -0.2, .lower = -1.9, .upper = 1.9, .scale = 0.1})},
          .spans_the_stem = true},
-        apply);
+        [](std::span<const double> values, EffectTarget& target) {
+            const double change = values[0];
+            const double length = target.stem.free_length();
+            change_along_stem(target, [=](StemParameters<double> stem, double position) {
+                stem.bond_youngs_modulus *= 1.0 + change * (position / length - 0.5);
+                return stem;
+            });
+        });
 }
 
 } // namespace culm::physics

@@ -7,22 +7,6 @@
 
 namespace culm::physics {
 
-namespace {
-
-void apply(std::span<const double> values, EffectTarget& target) {
-    target.attached.push_back({target.stem.free_length(), values[0]});
-}
-
-void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
-    const double stem_mass = mass_per_length(stem) * stem.free_length();
-    EffectParameter& mass = parameters[0];
-    mass.default_value = 0.02 * stem_mass;
-    mass.scale = 0.02 * stem_mass;
-    mass.upper = std::min(mass.upper, 50.0 * stem_mass);
-}
-
-} // namespace
-
 EffectPointer tip_mass() {
     return make_effect(
         {.name = "tip_mass",
@@ -49,7 +33,16 @@ EffectPointer tip_mass() {
                                  return std::vector{0.03 * of.mass, 0.3 * of.mass, 1.5 * of.mass};
                              }}},
          .belongs_to = BelongsTo::Recording},
-        apply, suit);
+        [](std::span<const double> values, EffectTarget& target) {
+            target.attached.push_back({target.stem.free_length(), values[0]});
+        },
+        [](const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+            const double stem_mass = mass_per_length(stem) * stem.free_length();
+            EffectParameter& mass = parameters[0];
+            mass.default_value = 0.02 * stem_mass;
+            mass.scale = 0.02 * stem_mass;
+            mass.upper = std::min(mass.upper, 50.0 * stem_mass);
+        });
 }
 
 } // namespace culm::physics

@@ -20,19 +20,6 @@ struct ViscousLaw {
     }
 };
 
-void apply(std::span<const double> values, EffectTarget& target) {
-    target.model.air.push_back({.law = &resistance_law<ViscousLaw>, .coefficient = values[0]});
-}
-
-/// Damping ratio ζ of mode 1 is c/(2 m' ω1): 0.2 % is that of a straw in air.
-void suit(const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
-    const double critical = 4.0 * std::numbers::pi * mass_per_length(stem) * first_frequency(stem);
-    EffectParameter& coefficient = parameters[0];
-    coefficient.default_value = 0.002 * critical;
-    coefficient.scale = 0.002 * critical;
-    coefficient.upper = std::min(coefficient.upper, critical);
-}
-
 } // namespace
 
 EffectPointer viscous_drag() {
@@ -53,7 +40,19 @@ EffectPointer viscous_drag() {
              {.default_value = 1e-3, .lower = 0.0, .upper = 1e3, .scale = 1e-3})},
          .belongs_to = BelongsTo::Rig,
          .revealed_by = {{"release in a vacuum", {0.0}}}},
-        apply, suit);
+        [](std::span<const double> values, EffectTarget& target) {
+            target.model.air.push_back(
+                {.law = &resistance_law<ViscousLaw>, .coefficient = values[0]});
+        },
+        // Damping ratio ζ of mode 1 is c/(2 m' ω1): 0.2 % is that of a straw in air.
+        [](const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+            const double critical =
+                4.0 * std::numbers::pi * mass_per_length(stem) * first_frequency(stem);
+            EffectParameter& coefficient = parameters[0];
+            coefficient.default_value = 0.002 * critical;
+            coefficient.scale = 0.002 * critical;
+            coefficient.upper = std::min(coefficient.upper, critical);
+        });
 }
 
 } // namespace culm::physics
