@@ -23,6 +23,29 @@ Container broadcast_container(const CommunicatorHandle& comm, Container content,
     return content;
 }
 
+/// The message that bytes_on_root broadcasts.
+struct RootOutcome {
+    enum class Kind { Answer, InputError, StorageError };
+    Kind kind = Kind::Answer;
+    Bytes answer;
+    std::string error;
+};
+
+template <class Wire>
+void fields(Wire& wire, RootOutcome& outcome) {
+    wire(outcome.kind, outcome.answer, outcome.error);
+}
+
+RootOutcome outcome_of(const std::function<Bytes()>& action) {
+    try {
+        return {RootOutcome::Kind::Answer, action(), {}};
+    } catch (const core::InputError& error) {
+        return {RootOutcome::Kind::InputError, {}, error.what()};
+    } catch (const core::StorageError& error) {
+        return {RootOutcome::Kind::StorageError, {}, error.what()};
+    }
+}
+
 } // namespace
 
 CommunicatorHandle::CommunicatorHandle(MPI_Comm parent) {
@@ -106,33 +129,6 @@ bool Communicator::is_true_anywhere(bool value) const {
     check_mpi(MPI_Allreduce(&mine, &any, 1, MPI_INT, MPI_LOR, handle_->mpi), "MPI_Allreduce");
     return any != 0;
 }
-
-namespace {
-
-/// The message that bytes_on_root broadcasts.
-struct RootOutcome {
-    enum class Kind { Answer, InputError, StorageError };
-    Kind kind = Kind::Answer;
-    Bytes answer;
-    std::string error;
-};
-
-template <class Wire>
-void fields(Wire& wire, RootOutcome& outcome) {
-    wire(outcome.kind, outcome.answer, outcome.error);
-}
-
-RootOutcome outcome_of(const std::function<Bytes()>& action) {
-    try {
-        return {RootOutcome::Kind::Answer, action(), {}};
-    } catch (const core::InputError& error) {
-        return {RootOutcome::Kind::InputError, {}, error.what()};
-    } catch (const core::StorageError& error) {
-        return {RootOutcome::Kind::StorageError, {}, error.what()};
-    }
-}
-
-} // namespace
 
 Bytes bytes_on_root(const Communicator* communicator, const std::function<Bytes()>& action) {
     RootOutcome outcome;

@@ -18,16 +18,97 @@ namespace {
 
 class Worker final : public Heartbeat {
   public:
-    Worker(const MapCall& call, Mailbox& mailbox);
+    Worker(const MapCall& call, Mailbox& mailbox)
+        : Heartbeat(call.options.poll_interval), call_(call), mailbox_(mailbox),
+          stop_condition_(call.options), permit_(call.options) {
+        // The initial ranges need no message: this scheduler deals them as that of rank 0 does.
+        const Scheduler scheduler = call.dealt_scheduler();
+        const std::span<const Range> hand = scheduler.held_by(call.rank);
+        queue_.assign(hand.begin(), hand.end());
+    }
 
-    [[nodiscard]] Summary run();
+    [[nodiscard]] Summary run() {
+        // Rank 0 checks that this rank has the same list of batches, even if the list is empty.
+        post(MessageKind::Alive, call_.message());
+        Backoff backoff;
+        while (!summary_) {
+            if (queue_.empty()) {
+                poll();
+                if (queue_.empty() && !summary_)
+                    backoff.pause();
+                continue;
+            }
+            backoff.reset();
+            const Range range = queue_.front();
+            queue_.pop_front();
+            const RangeOutcome outcome = run_range(call_, range, *this, permit_);
+            if (!outcome.failure.empty())
+                accept_stop();
+            post(MessageKind::Report, call_.message(outcome));
+        }
+        post(MessageKind::Farewell, call_.message());
+        backoff.reset();
+        while (!mailbox_.is_flushed())
+            backoff.pause();
+        return *std::move(summary_);
+    }
 
   private:
-    void poll() override;
-    void receive_messages();
-    void watch_stop();
-    void send_alive();
-    void post(MessageKind kind, core::Bytes content);
+    void poll() override {
+        receive_messages();
+        watch_stop();
+        send_alive();
+        (void)mailbox_.is_flushed();
+    }
+
+    void receive_messages() {
+        // Nothing is received after the summary, because later messages belong to the next map.
+        while (!summary_) {
+            std::optional<Message> message = mailbox_.receive();
+            if (!message)
+                return;
+            core::WireReader in(std::move(message->bytes));
+            const auto head = in.get<MessageHead>();
+            // A worker that was given up may receive messages of an earlier map.
+            if (head.map != call_.number)
+                continue;
+            // A range of another list means other batches here; rank 0 stops when it detects that.
+            if (message->kind == MessageKind::Assign && head.digest == call_.digest) {
+                queue_.push_back(in.get<Range>());
+                permit_.set_pace(in.get<double>());
+            } else if (message->kind == MessageKind::Stop)
+                accept_stop();
+            else if (message->kind == MessageKind::Summary)
+                summary_ = in.get<Summary>();
+        }
+    }
+
+    void watch_stop() {
+        if (stop_requested())
+            return;
+        try {
+            if (!stop_condition_.is_met(Clock::now()))
+                return;
+            post(MessageKind::Stop, call_.message(stop_condition_.is_too_late()));
+        } catch (const FarmError&) {
+            throw;
+        } catch (const std::exception& error) {
+            const std::string reason = fmt::format("rank {}: {}", call_.rank, error.what());
+            post(MessageKind::Failure, call_.message(reason));
+        }
+        accept_stop();
+    }
+
+    void send_alive() {
+        const auto silence = call_.options.silence_until_dead;
+        if (silence.count() == 0 || Clock::now() < alive_due_)
+            return;
+        // Four signs of life within the limit: a single late message must not look like a death.
+        alive_due_ = Clock::now() + std::min(std::chrono::milliseconds(1000), silence / 4);
+        post(MessageKind::Alive, call_.message());
+    }
+
+    void post(MessageKind kind, core::Bytes content) { mailbox_.post(0, kind, std::move(content)); }
 
     const MapCall& call_;
     Mailbox& mailbox_;
@@ -37,99 +118,6 @@ class Worker final : public Heartbeat {
     std::optional<Summary> summary_; ///< rank 0 has declared the map over
     Clock::time_point alive_due_ = Clock::now();
 };
-
-Worker::Worker(const MapCall& call, Mailbox& mailbox)
-    : Heartbeat(call.options.poll_interval), call_(call), mailbox_(mailbox),
-      stop_condition_(call.options), permit_(call.options) {
-    // The initial ranges need no message: this scheduler deals them as that of rank 0 does.
-    const Scheduler scheduler = call.dealt_scheduler();
-    const std::span<const Range> hand = scheduler.held_by(call.rank);
-    queue_.assign(hand.begin(), hand.end());
-}
-
-Summary Worker::run() {
-    // Rank 0 checks that this rank has the same list of batches, even if the list is empty.
-    post(MessageKind::Alive, call_.message());
-    Backoff backoff;
-    while (!summary_) {
-        if (queue_.empty()) {
-            poll();
-            if (queue_.empty() && !summary_)
-                backoff.pause();
-            continue;
-        }
-        backoff.reset();
-        const Range range = queue_.front();
-        queue_.pop_front();
-        const RangeOutcome outcome = run_range(call_, range, *this, permit_);
-        if (!outcome.failure.empty())
-            accept_stop();
-        post(MessageKind::Report, call_.message(outcome));
-    }
-    post(MessageKind::Farewell, call_.message());
-    backoff.reset();
-    while (!mailbox_.is_flushed())
-        backoff.pause();
-    return *std::move(summary_);
-}
-
-void Worker::poll() {
-    receive_messages();
-    watch_stop();
-    send_alive();
-    (void)mailbox_.is_flushed();
-}
-
-void Worker::receive_messages() {
-    // Nothing is received after the summary, because later messages belong to the next map.
-    while (!summary_) {
-        std::optional<Message> message = mailbox_.receive();
-        if (!message)
-            return;
-        core::WireReader in(std::move(message->bytes));
-        const auto head = in.get<MessageHead>();
-        // A worker that was given up may receive messages of an earlier map.
-        if (head.map != call_.number)
-            continue;
-        // A range of another list means other batches here; rank 0 stops when it detects that.
-        if (message->kind == MessageKind::Assign && head.digest == call_.digest) {
-            queue_.push_back(in.get<Range>());
-            permit_.set_pace(in.get<double>());
-        } else if (message->kind == MessageKind::Stop)
-            accept_stop();
-        else if (message->kind == MessageKind::Summary)
-            summary_ = in.get<Summary>();
-    }
-}
-
-void Worker::watch_stop() {
-    if (stop_requested())
-        return;
-    try {
-        if (!stop_condition_.is_met(Clock::now()))
-            return;
-        post(MessageKind::Stop, call_.message(stop_condition_.is_too_late()));
-    } catch (const FarmError&) {
-        throw;
-    } catch (const std::exception& error) {
-        const std::string reason = fmt::format("rank {}: {}", call_.rank, error.what());
-        post(MessageKind::Failure, call_.message(reason));
-    }
-    accept_stop();
-}
-
-void Worker::send_alive() {
-    const auto silence = call_.options.silence_until_dead;
-    if (silence.count() == 0 || Clock::now() < alive_due_)
-        return;
-    // Four signs of life within the limit: a single late message must not look like a death.
-    alive_due_ = Clock::now() + std::min(std::chrono::milliseconds(1000), silence / 4);
-    post(MessageKind::Alive, call_.message());
-}
-
-void Worker::post(MessageKind kind, core::Bytes content) {
-    mailbox_.post(0, kind, std::move(content));
-}
 
 } // namespace
 
