@@ -86,12 +86,6 @@ std::string_view meaning_of(int flag) {
     }
 }
 
-Stepper make_stepper(SundialsSolver solver, const StepperParts& parts,
-                     const std::string& arkode_table) {
-    return solver == SundialsSolver::Arkode ? Stepper::arkode(parts, arkode_table)
-                                            : Stepper::cvode(parts);
-}
-
 } // namespace
 
 std::string_view to_string(SundialsSolver solver) {
@@ -104,89 +98,51 @@ std::string sundials_version() {
     return text.data();
 }
 
-/// Members in the order in which they depend on one another.
-template <int Dim>
-class SundialsIntegrator<Dim>::Memory {
-  public:
-    Memory(const physics::ChainLayout<Dim>& layout, SundialsSolver solver,
-           const std::string& arkode_table)
-        : solver_(solver), state_(make_vector(layout.size(), context_.get())),
-          matrix_(newton_matrix(context_.get())),
-          linear_solver_(newton_solver(data_, context_.get())),
-          stepper_(make_stepper(
-              solver, {context_.get(), state_.get(), matrix_.get(), linear_solver_.get(), data_},
-              arkode_table)) {}
-
-    LaneOutcome integrate(Equations& equations, const StepBounds& bounds, double duration,
-                          const StepObserver& observe, const ImplicitOptions& options) {
-        data_ = {&equations, {}, nullptr};
-        stepper_.restart(state_.get(), bounds);
-        observe(0.0, values(state_.get()));
-        LaneOutcome outcome;
-        double time = 0.0;
-        for (std::int64_t step = 0; time < duration && !outcome.failure; ++step) {
-            if (step == options.step_limit) {
-                outcome.failure = core::NumericalError(
-                    core::FailureKind::StepLimit,
-                    fmt::format("SUNDIALS' {} used up its {} steps at t = {:.6g} s",
-                                to_string(solver_), step, time));
-                break;
-            }
-            const StepEnd end = stepper_.step(duration, state_.get());
-            if (data_.exception)
-                std::rethrow_exception(data_.exception);
-            if (end.flag < 0)
-                outcome.failure = failure(end.flag, time);
-            else
-                observe(time = end.time, values(state_.get()));
-            if (options.heartbeat && !options.heartbeat())
-                throw Interrupted{};
-        }
-        outcome.work = data_.work;
-        stepper_.add_counts(outcome.work);
-        return outcome;
-    }
-
-    [[nodiscard]] double error_share() const { return integrate::error_share(solver_); }
-    [[nodiscard]] std::span<double> state() { return values(state_.get()); }
-
-  private:
-    [[nodiscard]] core::NumericalError failure(int flag, double time) const {
-        return {core::FailureKind::SolverFailed,
-                fmt::format("SUNDIALS' {} failed at t = {:.6g} s: {} ({})", to_string(solver_),
-                            time, meaning_of(flag), stepper_.flag_name(flag))};
-    }
-
-    SundialsSolver solver_;
-    Context context_;
-    CallbackData data_;
-    Vector state_;
-    Matrix matrix_;
-    LinearSolver linear_solver_;
-    Stepper stepper_;
-};
-
 template <int Dim>
 SundialsIntegrator<Dim>::SundialsIntegrator(const physics::ChainLayout<Dim>& layout,
                                             SundialsSolver solver, const std::string& arkode_table)
-    : memory_(std::make_unique<Memory>(layout, solver, arkode_table)) {}
+    : solver_(solver), stepper_(std::make_unique<Stepper>(solver, layout.size(), arkode_table)) {}
 
 template <int Dim>
 SundialsIntegrator<Dim>::~SundialsIntegrator() = default;
+
 template <int Dim>
 LaneOutcome SundialsIntegrator<Dim>::integrate(const physics::Chain<Dim, double>& chain,
                                                const std::vector<double>& released,
                                                const ErrorScales& scales, double duration,
                                                const StepObserver& observe,
                                                const ImplicitOptions& options) {
-    ChainEquations<Dim> equations(chain, scales,
-                                  memory_->error_share() * options.relative_tolerance,
+    ChainEquations<Dim> equations(chain, scales, error_share(solver_) * options.relative_tolerance,
                                   options.rate_error_weight);
-    const std::span<double> state = memory_->state();
+    const std::span<double> state = stepper_->state();
     std::ranges::copy(released, state.begin());
     chain.layout().set_geometry(state.data());
-    return memory_->integrate(equations, {first_step(scales), longest_step(chain.model())},
-                              duration, observe, options);
+    stepper_->restart(equations, first_step(scales), longest_step(chain.model()));
+    observe(0.0, state);
+    LaneOutcome outcome;
+    double time = 0.0;
+    for (std::int64_t step = 0; time < duration && !outcome.failure; ++step) {
+        if (step == options.step_limit) {
+            outcome.failure = core::NumericalError(
+                core::FailureKind::StepLimit,
+                fmt::format("SUNDIALS' {} used up its {} steps at t = {:.6g} s", to_string(solver_),
+                            step, time));
+            break;
+        }
+        double end = time;
+        const int flag = stepper_->step(duration, end);
+        if (flag < 0)
+            outcome.failure = core::NumericalError(
+                core::FailureKind::SolverFailed,
+                fmt::format("SUNDIALS' {} failed at t = {:.6g} s: {} ({})", to_string(solver_),
+                            time, meaning_of(flag), stepper_->flag_name(flag)));
+        else
+            observe(time = end, state);
+        if (options.heartbeat && !options.heartbeat())
+            throw Interrupted{};
+    }
+    outcome.work = stepper_->work();
+    return outcome;
 }
 
 template class SundialsIntegrator<2>;

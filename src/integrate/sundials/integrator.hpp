@@ -14,6 +14,10 @@
 
 namespace culm::integrate {
 
+namespace sundials {
+class Stepper;
+}
+
 /// Which of SUNDIALS' integrators.
 enum class SundialsSolver {
     Arkode, ///< diagonally implicit Runge-Kutta, order 4
@@ -50,8 +54,8 @@ class SundialsIntegrator {
                                         const ImplicitOptions& options);
 
   private:
-    class Memory;
-    std::unique_ptr<Memory> memory_;
+    SundialsSolver solver_;
+    std::unique_ptr<sundials::Stepper> stepper_;
 };
 
 /// One integrator for each solver and layout of a chain, created at its first use.

@@ -31,145 +31,6 @@ struct SteppingFunctions {
 
 namespace {
 
-constexpr SteppingFunctions arkode_functions{CULM_ARKODE(Free),
-                                             [](void* ark, N_Vector state) {
-                                                 return ARKStepReInit(ark, nullptr, evaluate_rate,
-                                                                      0.0, state);
-                                             },
-                                             silence_arkode,
-                                             CULM_ARKODE(SetUserData),
-                                             CULM_ARKODE(WFtolerances),
-                                             CULM_ARKODE(SetLinearSolver),
-                                             CULM_ARKODE(SetInitStep),
-                                             CULM_ARKODE(SetMaxStep),
-                                             CULM_ARKODE(Evolve),
-                                             CULM_ARKODE(GetNumSteps),
-                                             CULM_ARKODE(GetNumErrTestFails),
-                                             CULM_ARKODE(GetNumStepSolveFails),
-                                             CULM_ARKODE(GetReturnFlagName)};
-
-constexpr SteppingFunctions cvode_functions{
-    CVodeFree,
-    [](void* cvode, N_Vector state) { return CVodeReInit(cvode, 0.0, state); },
-    silence_cvode,
-    CVodeSetUserData,
-    CVodeWFtolerances,
-    CVodeSetLinearSolver,
-    CVodeSetInitStep,
-    CVodeSetMaxStep,
-    CVode,
-    CVodeGetNumSteps,
-    CVodeGetNumErrTestFails,
-    CVodeGetNumStepSolveFails,
-    CVodeGetReturnFlagName};
-
-static_assert(static_cast<int>(ARK_ONE_STEP) == static_cast<int>(CV_ONE_STEP));
-
-/// L-stable, stiffly accurate, order 4 with an embedded order 3: Kennedy & Carpenter (2016),
-/// NASA/TM-2016-219173. docs/performance.md compares the tables.
-constexpr const char* arkode_table = "ARKODE_ESDIRK436L2SA_6_3_4";
-/// ARKODE's number of the predictor that extrapolates the last step's interpolant at full order.
-/// Without it the simplified Newton iteration, and not accuracy, limits the step.
-constexpr int full_order_predictor = 1;
-/// Allowed error of Newton's iteration relative to that of the step. With ARKODE's default of 0.1
-/// the iteration, and not the method, determines the error of b1.
-constexpr double newton_share = 0.01;
-/// BDF of order 3 and more are unstable for weakly damped vibrations: the high modes of a stem with
-/// low damping would limit the step to a fraction of their periods.
-constexpr int largest_bdf_order = 2;
-
-void check(int flag, const char* call) {
-    if (flag < 0)
-        throw core::NumericalError(core::FailureKind::SolverFailed,
-                                   fmt::format("{} of SUNDIALS failed with flag {}", call, flag));
-}
-
-} // namespace
-
-Stepper::Stepper(void* memory, const SteppingFunctions& functions)
-    : memory_(memory, {functions.free}), functions_(&functions) {
-    if (memory == nullptr)
-        throw core::NumericalError(core::FailureKind::SolverFailed,
-                                   "SUNDIALS gave no memory for an integrator");
-}
-
-void Stepper::set_up(const StepperParts& parts) {
-    void* const memory = memory_.get();
-    check(functions_->silence(memory), "SetErrHandlerFn");
-    check(functions_->set_user_data(memory, &parts.data), "SetUserData");
-    check(functions_->set_weight_function(memory, set_weights), "WFtolerances");
-    check(functions_->set_linear_solver(memory, parts.solver, parts.matrix), "SetLinearSolver");
-}
-
-Stepper Stepper::arkode(const StepperParts& parts, const std::string& table) {
-    void* const ark = ARKStepCreate(nullptr, evaluate_rate, 0.0, parts.state, parts.context);
-    Stepper stepper(ark, arkode_functions);
-    stepper.set_up(parts);
-    const auto linear_system = [](Real time, N_Vector state, N_Vector, SUNMatrix, SUNMatrix,
-                                  Boolean is_usable, Boolean* is_new, Real gamma, void* data,
-                                  N_Vector, N_Vector, N_Vector) {
-        return set_up_newton(time, state, is_usable, is_new, gamma, data);
-    };
-    check(CULM_ARKODE(SetLinSysFn)(ark, linear_system), "SetLinSysFn");
-    const std::string& name = table.empty() ? arkode_table : table;
-    check(ARKStepSetTableName(ark, name.c_str(), "ARKODE_ERK_NONE"), "SetTableName");
-    check(CULM_ARKODE(SetPredictorMethod)(ark, full_order_predictor), "SetPredictorMethod");
-    check(CULM_ARKODE(SetNonlinConvCoef)(ark, newton_share), "SetNonlinConvCoef");
-    // A stage's rate taken from the right-hand side carries the Newton iteration's error times the
-    // stiffness (1e9 1/s); deduced from the stage's own equation it does not.
-    check(CULM_ARKODE(SetDeduceImplicitRhs)(ark, SUNTRUE), "SetDeduceImplicitRhs");
-    stepper.control_ = StepControl(parts.context);
-    check(stepper.control_.attach_to(ark), "SetAdaptController");
-    return stepper;
-}
-
-Stepper Stepper::cvode(const StepperParts& parts) {
-    void* const memory = CVodeCreate(CV_BDF, parts.context);
-    Stepper stepper(memory, cvode_functions);
-    check(CVodeInit(memory, evaluate_rate, 0.0, parts.state), "Init");
-    stepper.set_up(parts);
-    const auto linear_system = [](Real time, N_Vector state, N_Vector, SUNMatrix, Boolean is_usable,
-                                  Boolean* is_new, Real gamma, void* data, N_Vector, N_Vector,
-                                  N_Vector) {
-        return set_up_newton(time, state, is_usable, is_new, gamma, data);
-    };
-    check(CVodeSetLinSysFn(memory, linear_system), "SetLinSysFn");
-    check(CVodeSetMaxOrd(memory, largest_bdf_order), "SetMaxOrd");
-    return stepper;
-}
-
-void Stepper::restart(N_Vector state, const StepBounds& bounds) {
-    void* const memory = memory_.get();
-    check(functions_->restart(memory, state), "ReInit");
-    check(functions_->set_first_step(memory, bounds.first), "SetInitStep");
-    const double longest = std::isfinite(bounds.longest) ? bounds.longest : 0.0; // 0: unbounded
-    check(functions_->set_longest_step(memory, longest), "SetMaxStep");
-}
-
-StepEnd Stepper::step(double until, N_Vector state) {
-    StepEnd end;
-    end.flag = functions_->evolve(memory_.get(), until, state, &end.time, CV_ONE_STEP);
-    return end;
-}
-
-void Stepper::add_counts(SolveSummary& work) const {
-    const auto count = [this](int (*function)(void*, long int*)) {
-        long int number = 0;
-        function(memory_.get(), &number);
-        return std::int64_t{number};
-    };
-    work.steps += count(functions_->count_steps);
-    work.rejected_steps += count(functions_->count_error_test_failures);
-    work.convergence_failures += count(functions_->count_convergence_failures);
-}
-
-std::string Stepper::flag_name(int flag) const {
-    const std::unique_ptr<char, sundials::Deleter<std::free>> name(functions_->flag_name(flag));
-    return name.get();
-}
-
-namespace {
-
 constexpr int shorter_step = 1; ///< SUNDIALS' code of a failure for which a shorter step may help
 constexpr int give_up = -1;
 
@@ -196,6 +57,10 @@ static_assert(std::is_same_v<Real, double>, "culm needs SUNDIALS with double pre
 
 std::vector<double>& storage(N_Vector vector) {
     return *static_cast<std::vector<double>*>(vector->content);
+}
+
+std::span<double> values(N_Vector vector) {
+    return storage(vector);
 }
 
 std::size_t size_of(N_Vector vector) {
@@ -322,8 +187,7 @@ void set_operations(N_Vector_Ops ops) {
     ops->nvlinearcombination = linear_combination;
 }
 
-} // namespace
-
+/// Callback: the rate of `state`. Positive: try a shorter step; negative: give up.
 int evaluate_rate(double time, N_Vector state, N_Vector rate, void* callback_data) {
     return guarded(callback_data, [&](CallbackData& data) {
         ++data.work.rhs_evaluations;
@@ -332,6 +196,7 @@ int evaluate_rate(double time, N_Vector state, N_Vector rate, void* callback_dat
     });
 }
 
+/// Callback: I − γJ, with the current Jacobian if it is usable, else with a new one.
 int set_up_newton(double time, N_Vector state, Boolean jacobian_is_usable, Boolean* jacobian_is_new,
                   double gamma, void* callback_data) {
     *jacobian_is_new = jacobian_is_usable ? SUNFALSE : SUNTRUE;
@@ -345,12 +210,15 @@ int set_up_newton(double time, N_Vector state, Boolean jacobian_is_usable, Boole
     });
 }
 
+/// Callback: the weights of the errors.
 int set_weights(N_Vector, N_Vector weights, void* callback_data) {
     const auto& data = *static_cast<const CallbackData*>(callback_data);
     std::ranges::copy(data.equations->weights(), values(weights).begin());
     return 0;
 }
 
+/// A vector of `size` zeros. Debian compiles SUNDIALS without optimisation: with its own serial
+/// vectors, four fifths of a run pass in sums of arrays.
 Vector make_vector(std::size_t size, SUNContext context) {
     Vector vector(N_VNewEmpty(context));
     if (!vector)
@@ -360,10 +228,8 @@ Vector make_vector(std::size_t size, SUNContext context) {
     return vector;
 }
 
-std::span<double> values(N_Vector vector) {
-    return storage(vector);
-}
-
+/// A SUNMatrix that represents I − γJ of a chain. It contains no numbers: set_up_newton() calls the
+/// equations to factorise the matrix.
 Matrix newton_matrix(SUNContext context) {
     SUNMatrix matrix = SUNMatNewEmpty(context);
     matrix->ops->getid = [](SUNMatrix) { return SUNMATRIX_CUSTOM; };
@@ -373,6 +239,8 @@ Matrix newton_matrix(SUNContext context) {
     return Matrix(matrix);
 }
 
+/// The direct solver for newton_matrix(). It only solves, because set_up_newton() has factorised
+/// the matrix. `data` must outlive it.
 LinearSolver newton_solver(CallbackData& data, SUNContext context) {
     SUNLinearSolver solver = SUNLinSolNewEmpty(context);
     solver->content = &data;
@@ -394,6 +262,153 @@ LinearSolver newton_solver(CallbackData& data, SUNContext context) {
         return 0;
     };
     return LinearSolver(solver);
+}
+
+constexpr SteppingFunctions arkode_functions{CULM_ARKODE(Free),
+                                             [](void* ark, N_Vector state) {
+                                                 return ARKStepReInit(ark, nullptr, evaluate_rate,
+                                                                      0.0, state);
+                                             },
+                                             silence_arkode,
+                                             CULM_ARKODE(SetUserData),
+                                             CULM_ARKODE(WFtolerances),
+                                             CULM_ARKODE(SetLinearSolver),
+                                             CULM_ARKODE(SetInitStep),
+                                             CULM_ARKODE(SetMaxStep),
+                                             CULM_ARKODE(Evolve),
+                                             CULM_ARKODE(GetNumSteps),
+                                             CULM_ARKODE(GetNumErrTestFails),
+                                             CULM_ARKODE(GetNumStepSolveFails),
+                                             CULM_ARKODE(GetReturnFlagName)};
+
+constexpr SteppingFunctions cvode_functions{
+    CVodeFree,
+    [](void* cvode, N_Vector state) { return CVodeReInit(cvode, 0.0, state); },
+    silence_cvode,
+    CVodeSetUserData,
+    CVodeWFtolerances,
+    CVodeSetLinearSolver,
+    CVodeSetInitStep,
+    CVodeSetMaxStep,
+    CVode,
+    CVodeGetNumSteps,
+    CVodeGetNumErrTestFails,
+    CVodeGetNumStepSolveFails,
+    CVodeGetReturnFlagName};
+
+static_assert(static_cast<int>(ARK_ONE_STEP) == static_cast<int>(CV_ONE_STEP));
+
+/// L-stable, stiffly accurate, order 4 with an embedded order 3: Kennedy & Carpenter (2016),
+/// NASA/TM-2016-219173. docs/performance.md compares the tables.
+constexpr const char* arkode_table = "ARKODE_ESDIRK436L2SA_6_3_4";
+/// ARKODE's number of the predictor that extrapolates the last step's interpolant at full order.
+/// Without it the simplified Newton iteration, and not accuracy, limits the step.
+constexpr int full_order_predictor = 1;
+/// Allowed error of Newton's iteration relative to that of the step. With ARKODE's default of 0.1
+/// the iteration, and not the method, determines the error of b1.
+constexpr double newton_share = 0.01;
+/// BDF of order 3 and more are unstable for weakly damped vibrations: the high modes of a stem with
+/// low damping would limit the step to a fraction of their periods.
+constexpr int largest_bdf_order = 2;
+
+void check(int flag, const char* call) {
+    if (flag < 0)
+        throw core::NumericalError(core::FailureKind::SolverFailed,
+                                   fmt::format("{} of SUNDIALS failed with flag {}", call, flag));
+}
+
+void set_up_cvode(void* memory) {
+    const auto linear_system = [](Real time, N_Vector state, N_Vector, SUNMatrix, Boolean is_usable,
+                                  Boolean* is_new, Real gamma, void* data, N_Vector, N_Vector,
+                                  N_Vector) {
+        return set_up_newton(time, state, is_usable, is_new, gamma, data);
+    };
+    check(CVodeSetLinSysFn(memory, linear_system), "SetLinSysFn");
+    check(CVodeSetMaxOrd(memory, largest_bdf_order), "SetMaxOrd");
+}
+
+} // namespace
+
+Stepper::Stepper(SundialsSolver solver, std::size_t size, const std::string& table)
+    : state_(make_vector(size, context_.get())), matrix_(newton_matrix(context_.get())),
+      linear_solver_(newton_solver(data_, context_.get())),
+      functions_(solver == SundialsSolver::Arkode ? arkode_functions : cvode_functions),
+      memory_(nullptr, FreeMemory{functions_.free}) {
+    const bool is_arkode = solver == SundialsSolver::Arkode;
+    void* const memory =
+        is_arkode ? ARKStepCreate(nullptr, evaluate_rate, 0.0, state_.get(), context_.get())
+                  : CVodeCreate(CV_BDF, context_.get());
+    memory_.reset(memory);
+    if (memory == nullptr)
+        throw core::NumericalError(core::FailureKind::SolverFailed,
+                                   "SUNDIALS gave no memory for an integrator");
+    if (!is_arkode)
+        check(CVodeInit(memory, evaluate_rate, 0.0, state_.get()), "Init");
+    check(functions_.silence(memory), "SetErrHandlerFn");
+    check(functions_.set_user_data(memory, &data_), "SetUserData");
+    check(functions_.set_weight_function(memory, set_weights), "WFtolerances");
+    check(functions_.set_linear_solver(memory, linear_solver_.get(), matrix_.get()),
+          "SetLinearSolver");
+    if (is_arkode)
+        set_up_arkode(memory, table);
+    else
+        set_up_cvode(memory);
+}
+
+void Stepper::set_up_arkode(void* ark, const std::string& table) {
+    const auto linear_system = [](Real time, N_Vector state, N_Vector, SUNMatrix, SUNMatrix,
+                                  Boolean is_usable, Boolean* is_new, Real gamma, void* data,
+                                  N_Vector, N_Vector, N_Vector) {
+        return set_up_newton(time, state, is_usable, is_new, gamma, data);
+    };
+    check(CULM_ARKODE(SetLinSysFn)(ark, linear_system), "SetLinSysFn");
+    const std::string& name = table.empty() ? arkode_table : table;
+    check(ARKStepSetTableName(ark, name.c_str(), "ARKODE_ERK_NONE"), "SetTableName");
+    check(CULM_ARKODE(SetPredictorMethod)(ark, full_order_predictor), "SetPredictorMethod");
+    check(CULM_ARKODE(SetNonlinConvCoef)(ark, newton_share), "SetNonlinConvCoef");
+    // A stage's rate taken from the right-hand side carries the Newton iteration's error times the
+    // stiffness (1e9 1/s); deduced from the stage's own equation it does not.
+    check(CULM_ARKODE(SetDeduceImplicitRhs)(ark, SUNTRUE), "SetDeduceImplicitRhs");
+    control_ = StepControl(context_.get());
+    check(control_.attach_to(ark), "SetAdaptController");
+}
+
+std::span<double> Stepper::state() const {
+    return values(state_.get());
+}
+
+void Stepper::restart(Equations& equations, double first, double longest) {
+    data_ = {&equations, {}, nullptr};
+    void* const memory = memory_.get();
+    check(functions_.restart(memory, state_.get()), "ReInit");
+    check(functions_.set_first_step(memory, first), "SetInitStep");
+    const double bound = std::isfinite(longest) ? longest : 0.0; // 0: unbounded
+    check(functions_.set_longest_step(memory, bound), "SetMaxStep");
+}
+
+int Stepper::step(double until, double& time) {
+    const int flag = functions_.evolve(memory_.get(), until, state_.get(), &time, CV_ONE_STEP);
+    if (data_.exception)
+        std::rethrow_exception(data_.exception);
+    return flag;
+}
+
+SolveSummary Stepper::work() const {
+    const auto count = [this](int (*function)(void*, long int*)) {
+        long int number = 0;
+        function(memory_.get(), &number);
+        return std::int64_t{number};
+    };
+    SolveSummary work = data_.work;
+    work.steps += count(functions_.count_steps);
+    work.rejected_steps += count(functions_.count_error_test_failures);
+    work.convergence_failures += count(functions_.count_convergence_failures);
+    return work;
+}
+
+std::string Stepper::flag_name(int flag) const {
+    const std::unique_ptr<char, sundials::Deleter<std::free>> name(functions_.flag_name(flag));
+    return name.get();
 }
 
 } // namespace culm::integrate::sundials

@@ -5,6 +5,7 @@
 
 #include "integrate/solve_summary.hpp"
 #include "integrate/sundials/compat.hpp"
+#include "integrate/sundials/integrator.hpp"
 
 #include <cstddef>
 #include <exception>
@@ -46,88 +47,53 @@ struct CallbackData {
     std::exception_ptr exception;
 };
 
-/// Callback: the rate of `state`. Positive: try a shorter step; negative: give up.
-int evaluate_rate(double time, N_Vector state, N_Vector rate, void* callback_data);
-/// Callback: I − γJ, with the current Jacobian if it is usable, else with a new one.
-int set_up_newton(double time, N_Vector state, Boolean jacobian_is_usable, Boolean* jacobian_is_new,
-                  double gamma, void* callback_data);
-/// Callback: the weights of the errors.
-int set_weights(N_Vector state, N_Vector weights, void* callback_data);
-
 using Vector = std::unique_ptr<std::remove_pointer_t<N_Vector>, Deleter<N_VDestroy>>;
 using Matrix = std::unique_ptr<std::remove_pointer_t<SUNMatrix>, Deleter<SUNMatDestroy>>;
 using LinearSolver =
     std::unique_ptr<std::remove_pointer_t<SUNLinearSolver>, Deleter<SUNLinSolFree>>;
 
-/// A vector of `size` zeros. Debian compiles SUNDIALS without optimisation: with its own serial
-/// vectors, four fifths of a run pass in sums of arrays.
-[[nodiscard]] Vector make_vector(std::size_t size, SUNContext context);
-
-/// The numbers of a vector that make_vector() made, or of a clone of one.
-[[nodiscard]] std::span<double> values(N_Vector vector);
-
-/// A SUNMatrix that represents I − γJ of a chain. It contains no numbers: set_up_newton() calls the
-/// equations to factorise the matrix.
-[[nodiscard]] Matrix newton_matrix(SUNContext context);
-
-/// The direct solver for newton_matrix(). It only solves, because set_up_newton() has factorised
-/// the matrix. `data` must outlive it.
-[[nodiscard]] LinearSolver newton_solver(CallbackData& data, SUNContext context);
-
 /// The functions of ARKODE and CVODE that differ only in their names.
 struct SteppingFunctions;
 
-/// The bounds of one case's steps, s.
-struct StepBounds {
-    double first = 0.0;
-    double longest = 0.0; ///< infinite if unbounded
-};
-
-/// The end of a step of SUNDIALS: its flag and time.
-struct StepEnd {
-    int flag = 0;      ///< negative: it failed
-    double time = 0.0; ///< s
-};
-
-/// The objects that a stepper uses; they must outlive it.
-struct StepperParts {
-    SUNContext context;
-    N_Vector state; ///< any vector of the right size
-    SUNMatrix matrix;
-    SUNLinearSolver solver;
-    CallbackData& data;
-};
-
-/// One of SUNDIALS' integrators with its memory; restarted for every case.
+/// One of SUNDIALS' integrators with all objects that it needs; restarted for every case.
 class Stepper {
   public:
-    /// ARKODE's diagonally implicit Runge-Kutta methods; `table` is the name of a Butcher table, or
-    /// empty for the default. Throws core::NumericalError(SolverFailed), as restart() does.
-    [[nodiscard]] static Stepper arkode(const StepperParts& parts, const std::string& table);
-    /// CVODE's backward differentiation formulas.
-    [[nodiscard]] static Stepper cvode(const StepperParts& parts);
+    /// For states of `size` numbers: ARKODE's diagonally implicit Runge-Kutta methods, with the
+    /// Butcher table of that name (empty: the default), or CVODE's backward differentiation
+    /// formulas. Throws core::NumericalError(SolverFailed), as restart() does.
+    Stepper(SundialsSolver solver, std::size_t size, const std::string& arkode_table);
+    Stepper(const Stepper&) = delete; // SUNDIALS keeps the address of the callbacks' data
+    Stepper& operator=(const Stepper&) = delete;
 
-    /// Begins at t = 0.
-    void restart(N_Vector state, const StepBounds& bounds);
-    /// One step of the integrator's own choice in the direction of `until`, s; `state` is its end.
-    [[nodiscard]] StepEnd step(double until, N_Vector state);
-    /// Adds steps, failed error tests and failed iterations since the restart to `work`.
-    void add_counts(SolveSummary& work) const;
+    /// Start of the next case, and then the end of each step.
+    [[nodiscard]] std::span<double> state() const;
+    /// Begins at t = 0 with the first and the longest step, s; infinite: unbounded. `equations`
+    /// must live until the last step.
+    void restart(Equations& equations, double first, double longest);
+    /// One step of the integrator's own choice in the direction of `until`, s; sets the time of its
+    /// end. Returns SUNDIALS' flag, negative if it failed. Throws what the equations throw.
+    [[nodiscard]] int step(double until, double& time);
+    /// Since the restart.
+    [[nodiscard]] SolveSummary work() const;
     /// SUNDIALS' name of a flag: "ARK_CONV_FAILURE".
     [[nodiscard]] std::string flag_name(int flag) const;
 
   private:
-    struct Deleter {
-        void (*free)(void**) = nullptr;
+    struct FreeMemory {
+        void (*free)(void**);
         void operator()(void* memory) const { free(&memory); }
     };
+    void set_up_arkode(void* ark, const std::string& table);
 
-    Stepper(void* memory, const SteppingFunctions& functions);
-    void set_up(const StepperParts& parts);
-
-    StepControl control_; ///< of ARKODE; outlives the memory that refers to it
-    std::unique_ptr<void, Deleter> memory_;
-    const SteppingFunctions* functions_;
+    // In the order in which they depend on one another; the memory refers to all of them.
+    Context context_;
+    CallbackData data_;
+    Vector state_;
+    Matrix matrix_;
+    LinearSolver linear_solver_;
+    StepControl control_; ///< of ARKODE
+    const SteppingFunctions& functions_;
+    std::unique_ptr<void, FreeMemory> memory_;
 };
 
 } // namespace culm::integrate::sundials
