@@ -10,67 +10,34 @@
 namespace culm::integrate {
 namespace {
 
-/// Which lanes are running, and how the others ended.
-template <int Dim, class T>
-class LaneProgress {
-    static constexpr std::size_t lanes = core::lanes_of<T>;
+/// The work of a Rosenbrock method, which has no iteration: each attempt costs one factorisation,
+/// and for each stage one force evaluation and one solve. A rejected attempt keeps its Jacobian.
+SolveSummary work_of(const StepController& controller) {
+    constexpr std::int64_t stages = Rodas5::stages;
+    const std::int64_t attempts = controller.accepted_steps() + controller.rejected_steps();
+    return {.steps = controller.accepted_steps(),
+            .rejected_steps = controller.rejected_steps(),
+            .rhs_evaluations = stages * attempts,
+            .linear_solves = stages * attempts,
+            .jacobian_evaluations = controller.accepted_steps(),
+            .factorisations = attempts};
+}
 
-  public:
-    LaneProgress(const std::array<double, lanes>& durations, std::int64_t step_limit)
-        : durations_(durations), step_limit_(step_limit) {
-        for (std::size_t lane = 0; lane < lanes; ++lane)
-            runs_[lane] = durations[lane] > 0.0;
-    }
-
-    [[nodiscard]] const std::array<bool, lanes>& running() const { return runs_; }
-    [[nodiscard]] bool any_runs() const {
-        return std::any_of(runs_.begin(), runs_.end(), [](bool lane) { return lane; });
-    }
-
-    /// Records the progress of lane `lane`.
-    void update(std::size_t lane, const StepController& controller) {
-        const std::int64_t steps = controller.accepted_steps();
-        const std::int64_t attempts = steps + controller.rejected_steps();
-        outcomes_[lane].work = work_of(attempts, steps);
-        if (controller.time() >= durations_[lane]) {
-            runs_[lane] = false;
-        } else if (controller.has_failed()) {
-            fail(lane, core::FailureKind::SolverFailed,
-                 fmt::format("no step of the implicit solver is short enough at t = {:.6g} s",
-                             controller.time()));
-        } else if (steps >= step_limit_) {
-            fail(lane, core::FailureKind::StepLimit,
-                 fmt::format("the implicit solver used up its {} steps at t = {:.6g} s", steps,
-                             controller.time()));
-        }
-    }
-
-    [[nodiscard]] std::array<LaneOutcome, lanes> outcomes() const { return outcomes_; }
-
-  private:
-    [[nodiscard]] static SolveSummary work_of(std::int64_t attempts, std::int64_t steps) {
-        // A Rosenbrock method has no iteration: each attempt costs one factorisation, and for each
-        // stage one force evaluation and one solve. A rejected attempt keeps its Jacobian.
-        constexpr std::int64_t stages = Rodas5::stages;
-        SolveSummary work;
-        work.steps = steps;
-        work.rejected_steps = attempts - steps;
-        work.rhs_evaluations = stages * attempts;
-        work.jacobian_evaluations = steps;
-        work.factorisations = attempts;
-        work.linear_solves = stages * attempts;
-        return work;
-    }
-    void fail(std::size_t lane, core::FailureKind kind, const std::string& reason) {
-        runs_[lane] = false;
-        outcomes_[lane].failure = core::NumericalError(kind, reason);
-    }
-
-    std::array<double, lanes> durations_;
-    std::int64_t step_limit_;
-    std::array<bool, lanes> runs_{};
-    std::array<LaneOutcome, lanes> outcomes_{};
-};
+/// Why a lane cannot reach its end, if so.
+std::optional<core::NumericalError> failure_of(const StepController& controller,
+                                               std::int64_t step_limit) {
+    if (controller.has_failed())
+        return core::NumericalError(
+            core::FailureKind::SolverFailed,
+            fmt::format("no step of the implicit solver is short enough at t = {:.6g} s",
+                        controller.time()));
+    if (controller.accepted_steps() >= step_limit)
+        return core::NumericalError(
+            core::FailureKind::StepLimit,
+            fmt::format("the implicit solver used up its {} steps at t = {:.6g} s",
+                        controller.accepted_steps(), controller.time()));
+    return std::nullopt;
+}
 
 } // namespace
 
@@ -87,26 +54,32 @@ integrate_lanes(const physics::Chain<Dim, T>& chain, const std::vector<T>& relea
         rosenbrock.fix_step(options.fixed_step);
     if (options.follow_first_lane)
         rosenbrock.follow_first_lane();
-    LaneProgress<Dim, T> progress(durations, options.step_limit);
-    for (std::size_t lane = 0; lane < lanes; ++lane)
+    std::array<bool, lanes> runs{};
+    std::array<LaneOutcome, lanes> outcomes{};
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+        runs[lane] = durations[lane] > 0.0;
         observe(lane, 0.0, rosenbrock.state());
-
+    }
     // Every lane has its own step length. A lane that has ended is still computed, but not
     // recorded. Therefore the results of a stem do not depend on the other lanes.
-    while (progress.any_runs()) {
-        const std::array<bool, lanes> tried = progress.running();
-        const std::array<bool, lanes> accepted = rosenbrock.try_step(tried);
+    while (std::ranges::find(runs, true) != runs.end()) {
+        const std::array<bool, lanes> accepted = rosenbrock.try_step(runs);
         for (std::size_t lane = 0; lane < lanes; ++lane) {
-            if (!tried[lane])
+            if (!runs[lane])
                 continue;
+            const StepController& controller = rosenbrock.controller(lane);
             if (accepted[lane])
-                observe(lane, rosenbrock.controller(lane).time(), rosenbrock.state());
-            progress.update(lane, rosenbrock.controller(lane));
+                observe(lane, controller.time(), rosenbrock.state());
+            outcomes[lane].work = work_of(controller);
+            const bool is_done = controller.time() >= durations[lane];
+            if (!is_done)
+                outcomes[lane].failure = failure_of(controller, options.step_limit);
+            runs[lane] = !is_done && !outcomes[lane].failure;
         }
         if (options.heartbeat && !options.heartbeat())
             throw Interrupted{};
     }
-    return progress.outcomes();
+    return outcomes;
 }
 
 template <int Dim>

@@ -110,13 +110,9 @@ UndampedMode lowest_undamped(const LinearisedChain& chain) {
 /// (z²M + zC/ω + K/ω²) u = 0.
 std::optional<Complex> newton(const LinearisedChain& chain, double angular_frequency,
                               const Eigen::VectorXd& undamped) {
-    const Eigen::VectorXd scale = chain.mass.cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXcd stiffness =
-        (scale.asDiagonal() * chain.stiffness * scale.asDiagonal() / std::pow(angular_frequency, 2))
-            .cast<Complex>();
-    const Eigen::MatrixXcd damping =
-        (scale.asDiagonal() * chain.damping * scale.asDiagonal() / angular_frequency)
-            .cast<Complex>();
+    const NormalisedChain unit = normalised(chain, angular_frequency);
+    const Eigen::MatrixXcd stiffness = unit.stiffness.cast<Complex>();
+    const Eigen::MatrixXcd damping = unit.damping.cast<Complex>();
     // The start assumes that damping does not change the shape.
     const double half_damping = 0.5 * undamped.dot(damping.real() * undamped);
     const Complex start(-half_damping, std::sqrt(1.0 - half_damping * half_damping));
