@@ -180,7 +180,7 @@ class Coordinator final : public Heartbeat {
 
     // --- stop and progress
 
-    void stop_all(bool is_too_late) {
+    void stop_all(bool is_too_late = false) {
         if (stop_requested())
             return;
         summary_.out_of_time = is_too_late;

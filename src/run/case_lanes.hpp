@@ -12,15 +12,12 @@
 namespace culm::run {
 
 /// At most one case per lane of T (see can_share_lanes); T is double or core::Lanes.
-/// Every lane's result is bit for bit the same for any neighbours.
+/// Every lane's result is bit for bit the same for any neighbours. With `integrators`: one case, by
+/// SUNDIALS.
 template <class T>
 [[nodiscard]] std::vector<CaseOutcome>
-simulate_implicit_lanes(std::span<const CaseSpec> specs, const integrate::Heartbeat& heartbeat);
-
-/// One case by SUNDIALS.
-[[nodiscard]] CaseOutcome simulate_with_sundials(const CaseSpec& spec,
-                                                 const integrate::Heartbeat& heartbeat,
-                                                 integrate::SundialsIntegrators& integrators);
+simulate_implicit_lanes(std::span<const CaseSpec> specs, const integrate::Heartbeat& heartbeat,
+                        integrate::SundialsIntegrators* integrators = nullptr);
 
 /// At most one implicit case per lane, all of equal duration. All take the steps of the first one,
 /// so that their differences are smooth functions of their parameters.

@@ -50,8 +50,7 @@ class ImplicitBatch {
 
   public:
     /// Cases of RODAS5, or one of SUNDIALS, whose integrators are then needed.
-    explicit ImplicitBatch(std::span<const CaseSpec> specs,
-                           integrate::SundialsIntegrators* integrators = nullptr)
+    ImplicitBatch(std::span<const CaseSpec> specs, integrate::SundialsIntegrators* integrators)
         : specs_(specs), integrators_(integrators) {
         recorders_.reserve(specs.size());
         samplers_.reserve(specs.size());
@@ -147,7 +146,7 @@ class ImplicitBatch {
 template <class T>
 std::vector<CaseOutcome> run_batch(std::span<const CaseSpec> specs, const Heartbeat& heartbeat,
                                    bool on_common_steps,
-                                   integrate::SundialsIntegrators* integrators = nullptr) {
+                                   integrate::SundialsIntegrators* integrators) {
     try {
         return dimensions_of(specs.front()) == 2
                    ? ImplicitBatch<2, T>(specs, integrators).run(heartbeat, on_common_steps)
@@ -161,23 +160,21 @@ std::vector<CaseOutcome> run_batch(std::span<const CaseSpec> specs, const Heartb
 
 template <class T>
 std::vector<CaseOutcome> simulate_implicit_lanes(std::span<const CaseSpec> specs,
-                                                 const Heartbeat& heartbeat) {
-    return run_batch<T>(specs, heartbeat, false);
+                                                 const Heartbeat& heartbeat,
+                                                 integrate::SundialsIntegrators* integrators) {
+    return run_batch<T>(specs, heartbeat, false, integrators);
 }
 
 template std::vector<CaseOutcome> simulate_implicit_lanes<double>(std::span<const CaseSpec>,
-                                                                  const Heartbeat&);
-template std::vector<CaseOutcome> simulate_implicit_lanes<core::Lanes>(std::span<const CaseSpec>,
-                                                                       const Heartbeat&);
-
-CaseOutcome simulate_with_sundials(const CaseSpec& spec, const Heartbeat& heartbeat,
-                                   integrate::SundialsIntegrators& integrators) {
-    return std::move(run_batch<double>({&spec, 1}, heartbeat, false, &integrators).front());
-}
+                                                                  const Heartbeat&,
+                                                                  integrate::SundialsIntegrators*);
+template std::vector<CaseOutcome>
+simulate_implicit_lanes<core::Lanes>(std::span<const CaseSpec>, const Heartbeat&,
+                                     integrate::SundialsIntegrators*);
 
 std::vector<CaseOutcome> simulate_on_common_steps(std::span<const CaseSpec> specs,
                                                   const Heartbeat& heartbeat) {
-    return run_batch<core::Lanes>(specs, heartbeat, true);
+    return run_batch<core::Lanes>(specs, heartbeat, true, nullptr);
 }
 
 } // namespace culm::run

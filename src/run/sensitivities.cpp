@@ -15,14 +15,6 @@ namespace {
 /// cycles by ln Y is about πN/2 times the first: 3e-5 of error at N = 20; rounding stays at 1e-6.
 constexpr double relative_change = 1e-6;
 
-std::vector<double> difference_quotient(const std::vector<double>& changed,
-                                        const std::vector<double>& base, double change) {
-    std::vector<double> quotient(base.size());
-    for (std::size_t k = 0; k < base.size(); ++k)
-        quotient[k] = (changed[k] - base[k]) / change;
-    return quotient;
-}
-
 } // namespace
 
 std::vector<CaseParameter> baseline_parameters() {
@@ -63,9 +55,12 @@ SensitivityOutcome simulate_with_sensitivities(const CaseSpec& spec,
                 return *failure;
         out.result = std::get<CaseResult>(std::move(outcomes.front()));
         for (std::size_t k = 0; k < count; ++k) {
-            const auto& changed = std::get<CaseResult>(outcomes[k + 1]);
-            out.height_derivatives.push_back(difference_quotient(
-                changed.height_deflection, out.result.height_deflection, changes[k]));
+            auto& changed = std::get<CaseResult>(outcomes[k + 1]).height_deflection;
+            std::ranges::transform(changed, out.result.height_deflection, changed.begin(),
+                                   [change = changes[k]](double value, double base) {
+                                       return (value - base) / change;
+                                   });
+            out.height_derivatives.push_back(std::move(changed));
         }
         first += count;
     } while (first < parameters.size());

@@ -8,6 +8,7 @@
 #include "run/case_model.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 namespace culm::run {
@@ -46,15 +47,12 @@ bool can_share_lanes(const CaseSpec& a, const CaseSpec& b) {
 
 CaseOutcome Simulator::simulate(const CaseSpec& spec, const Heartbeat& heartbeat) {
     try {
-        switch (spec.integrator.method) {
-        case IntegrationMethod::Explicit:
+        if (spec.integrator.method == IntegrationMethod::Explicit)
             return simulate_explicit_lanes({&spec, 1}, heartbeat).front();
-        case IntegrationMethod::Sundials:
-            return simulate_with_sundials(spec, heartbeat, integrators_);
-        case IntegrationMethod::Implicit:
-            break;
-        }
-        return simulate_implicit_lanes<double>({&spec, 1}, heartbeat).front();
+        const bool is_sundials = spec.integrator.method == IntegrationMethod::Sundials;
+        return simulate_implicit_lanes<double>({&spec, 1}, heartbeat,
+                                               is_sundials ? &integrators_ : nullptr)
+            .front();
     } catch (const core::NumericalError& error) {
         return CaseFailure{error.kind(), error.what()};
     }
@@ -91,8 +89,8 @@ std::vector<CaseOutcome> Simulator::simulate_together(std::span<const CaseSpec> 
         while (end < specs.size() && end - begin < lanes_per_batch() &&
                can_share_lanes(specs[begin], specs[end]))
             ++end;
-        for (CaseOutcome& outcome : simulate_lanes(specs.subspan(begin, end - begin), heartbeat))
-            outcomes.push_back(std::move(outcome));
+        std::ranges::move(simulate_lanes(specs.subspan(begin, end - begin), heartbeat),
+                          std::back_inserter(outcomes));
         begin = end;
     }
     return outcomes;

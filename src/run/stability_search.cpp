@@ -19,8 +19,6 @@ constexpr std::size_t trials_per_round = 8;
 /// First round: steps from the start/8 to 16 times the start.
 constexpr double first_ratio = 2.0;
 constexpr int widening_rounds = 6;
-/// Steps between two checks of the energy and the heartbeat.
-constexpr std::int64_t steps_per_look = 1000;
 
 /// Whether the motion gains energy within the trial, for each step.
 template <int Dim>
@@ -28,8 +26,8 @@ std::vector<bool> gains_energy(const CaseSpec& spec, std::span<const double> ste
                                std::int64_t trial_steps, const Heartbeat& heartbeat) {
     StepLanes<Dim> lanes(spec, steps);
     std::vector<bool> unstable(steps.size(), false);
-    for (std::int64_t done = 0; done < trial_steps; done += steps_per_look) {
-        lanes.advance(std::min(steps_per_look, trial_steps - done));
+    for (std::int64_t done = 0; done < trial_steps; done += steps_per_beat) {
+        lanes.advance(std::min(steps_per_beat, trial_steps - done));
         const std::vector<bool> gained = lanes.have_gained(unstable_energy_gain);
         for (std::size_t k = 0; k < steps.size(); ++k)
             unstable[k] = unstable[k] || gained[k];
@@ -56,13 +54,6 @@ std::size_t stable_among(const CaseSpec& spec, std::span<const double> steps,
     return steps.size();
 }
 
-std::vector<double> geometric_steps(double first, double ratio) {
-    std::vector<double> steps;
-    for (std::size_t k = 0; k < trials_per_round; ++k)
-        steps.push_back(first * std::pow(ratio, static_cast<double>(k)));
-    return steps;
-}
-
 } // namespace
 
 StabilityBracket search_stable_step(const CaseSpec& spec, double start,
@@ -70,7 +61,9 @@ StabilityBracket search_stable_step(const CaseSpec& spec, double start,
                                     const Heartbeat& heartbeat) {
     StabilityBracket bracket;
     const auto round = [&](double first, double ratio) {
-        const std::vector<double> steps = geometric_steps(first, ratio);
+        std::vector<double> steps;
+        for (std::size_t k = 0; k < trials_per_round; ++k)
+            steps.push_back(first * std::pow(ratio, static_cast<double>(k)));
         const std::size_t stable = stable_among(spec, steps, options.trial_steps, heartbeat);
         bracket.trials += static_cast<std::int64_t>(steps.size());
         if (stable > 0)

@@ -5,8 +5,10 @@
 #include "run/step_lanes.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <optional>
+#include <utility>
 
 #include <fmt/core.h>
 
@@ -29,92 +31,69 @@ struct Run {
     }
 };
 
-template <int Dim>
-class Comparison {
-  public:
-    Comparison(const CaseSpec& spec, std::span<const std::int64_t> steps_per_sample)
-        : spec_(spec), samples_(spec.sample_count()), lanes_(spec, steps(spec, steps_per_sample)) {
-        for (const std::int64_t count : steps_per_sample) {
-            runs_.emplace_back().steps_per_sample = count;
-            runs_.back().result.tip_deflection.reserve(samples_);
-        }
+/// Records the run of a lane at its next sample, unless its energy has grown.
+void record(Run& run, const CaseSpec& spec, bool has_gained, double tip) {
+    if (!has_gained) {
+        run.result.tip_deflection.push_back(tip);
+        ++run.recorded;
+        return;
     }
-
-    [[nodiscard]] std::vector<CaseOutcome> run(const Heartbeat& heartbeat) {
-        // Time is counted in steps, which all lanes take together; the same step number means a
-        // different time in each lane.
-        for (std::int64_t now = 0;;) {
-            record(now);
-            const std::int64_t next = next_event();
-            if (next == std::numeric_limits<std::int64_t>::max())
-                return outcomes();
-            while (now < next) {
-                const std::int64_t count = std::min(steps_per_beat, next - now);
-                lanes_.advance(count);
-                now += count;
-                if (heartbeat && !heartbeat())
-                    throw Abandoned{};
-            }
-        }
-    }
-
-  private:
-    [[nodiscard]] static std::vector<double> steps(const CaseSpec& spec,
-                                                   std::span<const std::int64_t> steps_per_sample) {
-        std::vector<double> steps;
-        for (const std::int64_t count : steps_per_sample)
-            steps.push_back(spec.sample_interval / static_cast<double>(count));
-        return steps;
-    }
-
-    /// Step at which the next lane records; the largest number when all are done.
-    [[nodiscard]] std::int64_t next_event() const {
-        std::int64_t next = std::numeric_limits<std::int64_t>::max();
-        for (const Run& run : runs_)
-            if (!run.is_done(samples_))
-                next = std::min(next, run.next_step());
-        return next;
-    }
-
-    /// Records every lane whose sample is due at step `now`, unless its energy has grown.
-    void record(std::int64_t now) {
-        const std::vector<bool> gained = lanes_.have_gained(unstable_energy_gain);
-        for (std::size_t lane = 0; lane < runs_.size(); ++lane) {
-            Run& run = runs_[lane];
-            if (run.is_done(samples_) || run.next_step() != now)
-                continue;
-            if (gained[lane]) {
-                run.failure = CaseFailure{
-                    core::FailureKind::Instability,
+    run.failure =
+        CaseFailure{core::FailureKind::Instability,
                     fmt::format("the motion gained energy by t = {:.6g} s with a step of {:.4g} s",
-                                static_cast<double>(run.recorded) * spec_.sample_interval,
-                                spec_.sample_interval / static_cast<double>(run.steps_per_sample))};
-                continue;
-            }
-            run.result.tip_deflection.push_back(lanes_.tip(lane));
-            ++run.recorded;
+                                static_cast<double>(run.recorded) * spec.sample_interval,
+                                spec.sample_interval / static_cast<double>(run.steps_per_sample))};
+}
+
+CaseOutcome outcome_of(Run run) {
+    if (run.failure)
+        return *std::move(run.failure);
+    run.result.work.steps = static_cast<std::int64_t>(run.recorded - 1) * run.steps_per_sample;
+    run.result.work.rhs_evaluations = run.result.work.steps + 1;
+    return std::move(run.result);
+}
+
+/// At most lane_count runs, side by side.
+template <int Dim>
+std::vector<CaseOutcome> compare(const CaseSpec& spec,
+                                 std::span<const std::int64_t> steps_per_sample,
+                                 const Heartbeat& heartbeat) {
+    const std::size_t samples = spec.sample_count();
+    std::vector<Run> runs;
+    std::vector<double> steps;
+    for (const std::int64_t count : steps_per_sample) {
+        runs.emplace_back().steps_per_sample = count;
+        runs.back().result.tip_deflection.reserve(samples);
+        steps.push_back(spec.sample_interval / static_cast<double>(count));
+    }
+    StepLanes<Dim> lanes(spec, steps);
+    // Time is counted in steps, which all lanes take together; the same step number means a
+    // different time in each lane.
+    for (std::int64_t now = 0;;) {
+        const std::vector<bool> gained = lanes.have_gained(unstable_energy_gain);
+        std::int64_t next = std::numeric_limits<std::int64_t>::max(); // at which a lane records
+        for (std::size_t lane = 0; lane < runs.size(); ++lane) {
+            Run& run = runs[lane];
+            if (!run.is_done(samples) && run.next_step() == now)
+                record(run, spec, gained[lane], lanes.tip(lane));
+            if (!run.is_done(samples))
+                next = std::min(next, run.next_step());
+        }
+        if (next == std::numeric_limits<std::int64_t>::max())
+            break;
+        while (now < next) {
+            const std::int64_t count = std::min(steps_per_beat, next - now);
+            lanes.advance(count);
+            now += count;
+            if (heartbeat && !heartbeat())
+                throw Abandoned{};
         }
     }
-
-    [[nodiscard]] std::vector<CaseOutcome> outcomes() {
-        std::vector<CaseOutcome> out;
-        for (Run& run : runs_) {
-            if (run.failure) {
-                out.emplace_back(std::move(*run.failure));
-                continue;
-            }
-            run.result.work.steps = static_cast<std::int64_t>(samples_ - 1) * run.steps_per_sample;
-            run.result.work.rhs_evaluations = run.result.work.steps + 1;
-            out.emplace_back(std::move(run.result));
-        }
-        return out;
-    }
-
-    const CaseSpec& spec_;
-    std::size_t samples_;
-    StepLanes<Dim> lanes_;
-    std::vector<Run> runs_;
-};
+    std::vector<CaseOutcome> outcomes;
+    for (Run& run : runs)
+        outcomes.push_back(outcome_of(std::move(run)));
+    return outcomes;
+}
 
 } // namespace
 
@@ -125,11 +104,9 @@ std::vector<CaseOutcome> simulate_with_steps(const CaseSpec& spec,
     for (std::size_t begin = 0; begin < steps_per_sample.size(); begin += core::lane_count) {
         const auto some = steps_per_sample.subspan(
             begin, std::min(core::lane_count, steps_per_sample.size() - begin));
-        std::vector<CaseOutcome> found = spec.dimensions == 2
-                                             ? Comparison<2>(spec, some).run(heartbeat)
-                                             : Comparison<3>(spec, some).run(heartbeat);
-        for (CaseOutcome& outcome : found)
-            outcomes.push_back(std::move(outcome));
+        std::ranges::move(spec.dimensions == 2 ? compare<2>(spec, some, heartbeat)
+                                               : compare<3>(spec, some, heartbeat),
+                          std::back_inserter(outcomes));
     }
     return outcomes;
 }

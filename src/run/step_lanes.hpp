@@ -7,6 +7,7 @@
 #include "integrate/velocity_verlet.hpp"
 #include "physics/energy.hpp"
 #include "run/case_spec.hpp"
+#include "run/lane_packing.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -30,7 +31,7 @@ class StepLanes {
     StepLanes(const CaseSpec& spec, std::span<const double> steps)
         : used_(steps.size()), common_step_(steps.front()),
           steps_([&](auto lane) { return steps[lane < steps.size() ? lane : steps.size() - 1]; }),
-          chain_(scaled_stems(spec.stem), spec.law),
+          chain_(scaled_stems(spec), spec.law),
           verlet_(chain_, scaled_states(released(spec)), common_step_), straight_(energy_at_rest()),
           released_(stored_energy()) {}
 
@@ -61,20 +62,11 @@ class StepLanes {
   private:
     [[nodiscard]] Lanes unit_of_time() const { return steps_ / Lanes(common_step_); }
 
-    [[nodiscard]] physics::StemParameters<Lanes>
-    scaled_stems(const physics::StemParameters<double>& stem) const {
+    [[nodiscard]] physics::StemParameters<Lanes> scaled_stems(const CaseSpec& spec) const {
         const Lanes square = unit_of_time() * unit_of_time();
-        physics::StemParameters<Lanes> stems;
-        stems.sphere_count = stem.sphere_count;
-        stems.sphere_diameter = stem.sphere_diameter;
-        stems.bond_length = stem.bond_length;
-        stems.bond_outer_diameter = stem.bond_outer_diameter;
-        stems.bond_inner_diameter = stem.bond_inner_diameter;
-        stems.density = stem.density;
-        stems.poissons_ratio = stem.poissons_ratio;
-        stems.bond_youngs_modulus = stem.bond_youngs_modulus * square;
-        stems.bond_damping = stem.bond_damping;
-        stems.axial_acceleration_of_gravity = stem.axial_acceleration_of_gravity * square;
+        physics::StemParameters<Lanes> stems = packed_stems<Lanes>({&spec, 1});
+        stems.bond_youngs_modulus *= square;
+        stems.axial_acceleration_of_gravity *= square;
         return stems;
     }
 
