@@ -6,11 +6,14 @@
 #include "physics/effects/per_link.hpp"
 
 #include <algorithm>
+#include <optional>
+#include <vector>
 
 namespace culm::run {
 namespace {
 
 using physics::ChainModel;
+using Model = ChainModel<double>;
 
 /// Gathers single numbers and lists of them from the models of all lanes.
 template <class T>
@@ -30,79 +33,76 @@ class Packer {
     [[nodiscard]] std::vector<T> numbers(const Get& get) const {
         std::vector<T> list;
         for (std::size_t k = 0; k < get(first()).size(); ++k)
-            list.push_back(number([&](const ChainModel<double>& model) { return get(model)[k]; }));
+            list.push_back(number([&](const Model& model) { return get(model)[k]; }));
         return list;
     }
 
-    /// A struct of the numbers `members`, found by `get`.
-    template <class Packed, class Part, class Get, class... Member>
-    [[nodiscard]] Packed part(const Get& get, Member Part::*... members) const {
-        return Packed{
-            number([&](const ChainModel<double>& model) { return get(model).*members; })...};
+    /// The structs of a list, each with the numbers `members`.
+    template <class Packed, class Part, class... Member>
+    [[nodiscard]] std::vector<Packed> parts(std::vector<Part> Model::*list,
+                                            Member Part::*... members) const {
+        std::vector<Packed> packed;
+        for (std::size_t k = 0; k < (first().*list).size(); ++k)
+            packed.push_back(
+                {number([&](const Model& model) { return (model.*list)[k].*members; })...});
+        return packed;
     }
 
-    [[nodiscard]] const ChainModel<double>& first() const { return models_.front().chain; }
+    /// The same of a struct that the models may lack.
+    template <class Packed, class Part, class... Member>
+    [[nodiscard]] std::optional<Packed> part(std::optional<Part> Model::*whole,
+                                             Member Part::*... members) const {
+        if (!(first().*whole))
+            return std::nullopt;
+        return Packed{number([&](const Model& model) { return (*(model.*whole)).*members; })...};
+    }
+
+    [[nodiscard]] const Model& first() const { return models_.front().chain; }
 
   private:
     std::span<const CaseModel> models_;
 };
 
 template <class T>
-void pack_links(const Packer<T>& packer, ChainModel<T>& packed) {
+void pack_stem(const Packer<T>& packer, ChainModel<T>& packed) {
     using Bond = physics::BondCoefficients<double>;
-    for (std::size_t j = 0; j < packer.first().bonds.size(); ++j)
-        packed.bonds.push_back(packer.template part<physics::BondCoefficients<T>>(
-            [j](const auto& model) -> const Bond& { return model.bonds[j]; }, &Bond::length,
-            &Bond::radius_1, &Bond::radius_2, &Bond::normal_stiffness, &Bond::shear_stiffness,
-            &Bond::torsion_stiffness, &Bond::bending_stiffness, &Bond::normal_damping,
-            &Bond::shear_damping, &Bond::torsion_damping, &Bond::bending_damping));
+    packed.bonds = packer.template parts<physics::BondCoefficients<T>>(
+        &Model::bonds, &Bond::length, &Bond::radius_1, &Bond::radius_2, &Bond::normal_stiffness,
+        &Bond::shear_stiffness, &Bond::torsion_stiffness, &Bond::bending_stiffness,
+        &Bond::normal_damping, &Bond::shear_damping, &Bond::torsion_damping,
+        &Bond::bending_damping);
     using Sphere = physics::SphereInertia<double>;
-    for (std::size_t i = 0; i < packer.first().spheres.size(); ++i)
-        packed.spheres.push_back(packer.template part<physics::SphereInertia<T>>(
-            [i](const auto& model) -> const Sphere& { return model.spheres[i]; }, &Sphere::mass,
-            &Sphere::moment));
+    packed.spheres = packer.template parts<physics::SphereInertia<T>>(
+        &Model::spheres, &Sphere::mass, &Sphere::moment);
+    packed.straight_moments =
+        packer.numbers([](const auto& model) -> const auto& { return model.straight_moments; });
+    using Branch = physics::MaxwellBranch<double>;
+    packed.branches = packer.template parts<physics::MaxwellBranch<T>>(
+        &Model::branches, &Branch::relative_stiffness, &Branch::relaxation_time,
+        &Branch::held_share);
+    using Bending = physics::BendingLaw<double>;
+    packed.bending = packer.template part<physics::BendingLaw<T>>(&Model::bending, &Bending::cubic,
+                                                                  &Bending::split, &Bending::angle);
+}
+
+template <class T>
+void pack_surroundings(const Packer<T>& packer, ChainModel<T>& packed) {
+    for (int d = 0; d < 3; ++d)
+        packed.gravity[d] = packer.number([d](const auto& model) { return model.gravity[d]; });
     for (std::size_t k = 0; k < packer.first().air.size(); ++k)
         packed.air.push_back(
             {packer.first().air[k].law,
              packer.number([k](const auto& model) { return model.air[k].coefficient; }),
              packer.numbers([k](const auto& model) -> const auto& { return model.air[k].shape; })});
-    packed.straight_moments =
-        packer.numbers([](const auto& model) -> const auto& { return model.straight_moments; });
-    for (int d = 0; d < 3; ++d)
-        packed.gravity[d] = packer.number([d](const auto& model) { return model.gravity[d]; });
-}
-
-template <class T>
-void pack_clamp_and_bending(const Packer<T>& packer, ChainModel<T>& packed) {
     using Hinge = physics::BaseHinge<double>;
-    if (packer.first().hinge)
-        packed.hinge = packer.template part<physics::BaseHinge<T>>(
-            [](const auto& model) -> const Hinge& { return *model.hinge; }, &Hinge::stiffness,
-            &Hinge::friction_moment, &Hinge::friction_rate);
-    using Branch = physics::MaxwellBranch<double>;
-    for (std::size_t k = 0; k < packer.first().branches.size(); ++k)
-        packed.branches.push_back(packer.template part<physics::MaxwellBranch<T>>(
-            [k](const auto& model) -> const Branch& { return model.branches[k]; },
-            &Branch::relative_stiffness, &Branch::relaxation_time, &Branch::held_share));
-    using Bending = physics::BendingLaw<double>;
-    if (packer.first().bending)
-        packed.bending = packer.template part<physics::BendingLaw<T>>(
-            [](const auto& model) -> const Bending& { return *model.bending; }, &Bending::cubic,
-            &Bending::split, &Bending::angle);
-}
-
-template <class T>
-void pack_time_dependence(const Packer<T>& packer, ChainModel<T>& packed) {
+    packed.hinge = packer.template part<physics::BaseHinge<T>>(
+        &Model::hinge, &Hinge::stiffness, &Hinge::friction_moment, &Hinge::friction_rate);
     using Base = physics::BaseMotion<double>;
-    if (packer.first().base_motion)
-        packed.base_motion = packer.template part<physics::BaseMotion<T>>(
-            [](const auto& model) -> const Base& { return *model.base_motion; }, &Base::amplitude,
-            &Base::angular_frequency, &Base::phase);
+    packed.base_motion = packer.template part<physics::BaseMotion<T>>(
+        &Model::base_motion, &Base::amplitude, &Base::angular_frequency, &Base::phase);
     using Gradual = physics::GradualRelease<double>;
-    if (packer.first().release)
-        packed.release = packer.template part<physics::GradualRelease<T>>(
-            [](const auto& model) -> const Gradual& { return *model.release; }, &Gradual::duration,
-            &Gradual::holding_force);
+    packed.release = packer.template part<physics::GradualRelease<T>>(
+        &Model::release, &Gradual::duration, &Gradual::holding_force);
     for (std::size_t k = 0; k < packer.first().user_laws.size(); ++k) {
         const physics::UserLaw<double>& law = packer.first().user_laws[k];
         packed.user_laws.push_back(
@@ -151,9 +151,8 @@ template <class T>
 physics::ChainModel<T> packed_model(std::span<const CaseModel> models) {
     const Packer<T> packer(models);
     physics::ChainModel<T> packed;
-    pack_links(packer, packed);
-    pack_clamp_and_bending(packer, packed);
-    pack_time_dependence(packer, packed);
+    pack_stem(packer, packed);
+    pack_surroundings(packer, packed);
     return packed;
 }
 
