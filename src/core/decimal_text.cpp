@@ -29,9 +29,8 @@ Scientific shortest_digits(double value) {
     const std::size_t e = text.find('e');
     Scientific parts;
     parts.is_negative = std::signbit(value);
-    for (const char c : text.substr(0, e))
-        if (c != '.')
-            parts.digits += c;
+    parts.digits = text.substr(0, e);
+    std::erase(parts.digits, '.');
     parts.exponent = std::stoi(text.substr(e + 1));
     return parts;
 }

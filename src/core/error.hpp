@@ -2,6 +2,8 @@
 // The kinds of failure of culm, with their exit codes.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 
@@ -28,7 +30,8 @@ class StorageError : public std::runtime_error {
     using std::runtime_error::runtime_error;
 };
 
-/// Why the computation of one case failed; recorded with the point, never fatal to a study.
+/// Why the computation of one case failed; recorded with the point, never fatal to a study. The
+/// order is that of the names in to_string().
 enum class FailureKind {
     Instability,    ///< the explicit step is too large: the motion grew without bound
     NotANumber,     ///< a NaN or an infinity appeared
@@ -40,7 +43,11 @@ enum class FailureKind {
 };
 
 /// Short stable name of a failure kind, as it is written to the archive.
-[[nodiscard]] const char* to_string(FailureKind kind);
+[[nodiscard]] inline const char* to_string(FailureKind kind) {
+    constexpr std::array names{"instability",   "not_a_number", "step_limit",     "solver_failed",
+                               "static_failed", "fit_failed",   "user_expression"};
+    return names[static_cast<std::size_t>(kind)];
+}
 
 /// A case could not be computed.
 class NumericalError : public std::runtime_error {

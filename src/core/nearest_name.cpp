@@ -53,18 +53,12 @@ std::string nearest_name(std::string_view name, std::span<const std::string> val
     for (const std::string& candidate : valid)
         if (is_part(name, candidate))
             return candidate;
-    std::string best;
     // At least half of the letters must agree. Two letters may always differ: in short names a
     // single transposition counts twice.
-    std::size_t best_distance = std::max<std::size_t>(2, name.size() / 2) + 1;
-    for (const std::string& candidate : valid) {
-        const std::size_t distance = edit_distance(name, candidate);
-        if (distance < best_distance) {
-            best = candidate;
-            best_distance = distance;
-        }
-    }
-    return best;
+    const std::size_t most = std::max<std::size_t>(2, name.size() / 2);
+    const auto distance = [&](const std::string& word) { return edit_distance(name, word); };
+    const auto best = std::ranges::min_element(valid, {}, distance);
+    return best != valid.end() && distance(*best) <= most ? *best : "";
 }
 
 } // namespace culm::core

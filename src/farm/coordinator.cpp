@@ -299,7 +299,7 @@ class Coordinator final : public Heartbeat {
         const Clock::time_point start = Clock::now();
         Backoff backoff;
         while (alive_[static_cast<std::size_t>(worker)]) {
-            const std::optional<Message> message = mailbox_->receive_from(worker);
+            const std::optional<Message> message = mailbox_->receive(worker);
             if (message && message->kind == MessageKind::Farewell)
                 return;
             if (watches_silence() && Clock::now() - start > call_.options.silence_until_dead)

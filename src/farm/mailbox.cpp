@@ -60,7 +60,7 @@ bool Mailbox::is_flushed() {
     return pending_.empty();
 }
 
-std::optional<Message> Mailbox::receive_matching(int source) {
+std::optional<Message> Mailbox::receive(int source) {
     const MPI_Comm comm = communicator_.handle().mpi;
     int has_arrived = 0;
     MPI_Status status;

@@ -72,11 +72,9 @@ class Mailbox {
     /// Starts to send; the mailbox keeps the bytes until they have left.
     void post(int destination, MessageKind kind, Bytes bytes);
 
-    /// A message that has arrived from any rank; messages of one rank keep the order of sending.
-    [[nodiscard]] std::optional<Message> receive() { return receive_matching(MPI_ANY_SOURCE); }
-    [[nodiscard]] std::optional<Message> receive_from(int source) {
-        return receive_matching(source);
-    }
+    /// A message that has arrived, from any rank or from `source`; messages of one rank keep the
+    /// order of sending.
+    [[nodiscard]] std::optional<Message> receive(int source = MPI_ANY_SOURCE);
 
     /// Whether all posted messages have left. Makes progress on them.
     [[nodiscard]] bool is_flushed();
@@ -86,8 +84,6 @@ class Mailbox {
         Bytes bytes;
         MPI_Request request = MPI_REQUEST_NULL;
     };
-
-    [[nodiscard]] std::optional<Message> receive_matching(int source);
 
     Communicator communicator_;
     std::vector<std::unique_ptr<Pending>> pending_;

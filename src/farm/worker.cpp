@@ -29,7 +29,7 @@ class Worker final : public Heartbeat {
 
     [[nodiscard]] Summary run() {
         // Rank 0 checks that this rank has the same list of batches, even if the list is empty.
-        post(MessageKind::Alive, call_.message());
+        mailbox_.post(0, MessageKind::Alive, call_.message());
         Backoff backoff;
         while (!summary_) {
             if (queue_.empty()) {
@@ -44,9 +44,9 @@ class Worker final : public Heartbeat {
             const RangeOutcome outcome = run_range(call_, range, *this, permit_);
             if (!outcome.failure.empty())
                 accept_stop();
-            post(MessageKind::Report, call_.message(outcome));
+            mailbox_.post(0, MessageKind::Report, call_.message(outcome));
         }
-        post(MessageKind::Farewell, call_.message());
+        mailbox_.post(0, MessageKind::Farewell, call_.message());
         backoff.reset();
         while (!mailbox_.is_flushed())
             backoff.pause();
@@ -89,12 +89,12 @@ class Worker final : public Heartbeat {
         try {
             if (!stop_condition_.is_met(Clock::now()))
                 return;
-            post(MessageKind::Stop, call_.message(stop_condition_.is_too_late()));
+            mailbox_.post(0, MessageKind::Stop, call_.message(stop_condition_.is_too_late()));
         } catch (const FarmError&) {
             throw;
         } catch (const std::exception& error) {
             const std::string reason = fmt::format("rank {}: {}", call_.rank, error.what());
-            post(MessageKind::Failure, call_.message(reason));
+            mailbox_.post(0, MessageKind::Failure, call_.message(reason));
         }
         accept_stop();
     }
@@ -105,10 +105,8 @@ class Worker final : public Heartbeat {
             return;
         // Four signs of life within the limit: a single late message must not look like a death.
         alive_due_ = Clock::now() + std::min(std::chrono::milliseconds(1000), silence / 4);
-        post(MessageKind::Alive, call_.message());
+        mailbox_.post(0, MessageKind::Alive, call_.message());
     }
-
-    void post(MessageKind kind, core::Bytes content) { mailbox_.post(0, kind, std::move(content)); }
 
     const MapCall& call_;
     Mailbox& mailbox_;

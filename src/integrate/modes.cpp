@@ -52,13 +52,6 @@ bool slower(const std::complex<double>& a, const std::complex<double>& b) {
     return std::abs(a) < std::abs(b);
 }
 
-/// Approximate angular frequency of the slowest undamped mode: 1/√‖K⁻¹M‖.
-double reference_angular_frequency(const LinearisedChain& chain) {
-    const NormalisedChain unit = normalised(chain, 1.0);
-    const Eigen::MatrixXd inverse = unit.stiffness.partialPivLu().inverse();
-    return 1.0 / std::sqrt(inverse.norm());
-}
-
 /// Spectral radius of one velocity-Verlet step of length `step` (in the chain's unit of time).
 double spectral_radius(const NormalisedChain& chain, double step) {
     const Eigen::Index n = chain.stiffness.rows();
@@ -196,7 +189,9 @@ std::vector<VibrationMode> vibration_modes(const LinearisedChain& chain, std::si
     if (count <= few_modes && static_cast<Eigen::Index>(count) <= chain.mass.size())
         if (std::vector<VibrationMode> modes = modes_near_undamped(chain, count); !modes.empty())
             return modes;
-    const NormalisedChain scaled = normalised(chain, reference_angular_frequency(chain));
+    const Eigen::MatrixXd compliance = normalised(chain, 1.0).stiffness.partialPivLu().inverse();
+    // 1/√‖K⁻¹M‖: about the slowest undamped mode's angular frequency.
+    const NormalisedChain scaled = normalised(chain, 1.0 / std::sqrt(compliance.norm()));
     std::vector<std::complex<double>> values = eigenvalues_of(inverse_companion(scaled));
     for (auto& value : values)
         value = scaled.angular_frequency / value;

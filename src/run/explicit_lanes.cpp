@@ -49,7 +49,9 @@ class LaneBatch {
 
         released_energy_ = stored_energy(chain, verlet);
         record(0, verlet);
-        for (std::size_t sample = 1; sample < samples && any_lane_runs(); ++sample) {
+        const auto has_failed = [](const auto& failure) { return failure.has_value(); };
+        for (std::size_t sample = 1;
+             sample < samples && !std::ranges::all_of(failures_, has_failed); ++sample) {
             for (std::int64_t done = 0; done < steps_per_sample; done += steps_per_beat) {
                 verlet.advance(std::min(steps_per_beat, steps_per_sample - done));
                 if (heartbeat && !heartbeat())
@@ -102,11 +104,6 @@ class LaneBatch {
                             double(released_energy_[lane]), spec.integrator.timestep,
                             largest_stable_timestep(spec))};
         }
-    }
-
-    [[nodiscard]] bool any_lane_runs() const {
-        return std::any_of(failures_.begin(), failures_.end(),
-                           [](const auto& failure) { return !failure.has_value(); });
     }
 
     [[nodiscard]] std::vector<CaseOutcome> outcomes(std::int64_t steps, double wall_seconds) {

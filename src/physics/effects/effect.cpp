@@ -1,40 +1,19 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "physics/effects/effect.hpp"
 
+#include <array>
+
 namespace culm::physics {
 
 std::string_view to_string(FittedAs fitted_as) {
-    switch (fitted_as) {
-    case FittedAs::Itself:
-        return "as it is";
-    case FittedAs::Logarithm:
-        return "as its logarithm";
-    case FittedAs::Inverse:
-        return "as its inverse";
-    }
-    return "as it is";
+    constexpr std::array names{"as it is", "as its logarithm", "as its inverse"};
+    return names[static_cast<std::size_t>(fitted_as)];
 }
 
 std::string_view to_string(Family family) {
-    switch (family) {
-    case Family::MaterialDamping:
-        return "material damping";
-    case Family::Air:
-        return "air";
-    case Family::Clamp:
-        return "clamp";
-    case Family::StemGeometry:
-        return "stem geometry";
-    case Family::SupportAndCamera:
-        return "support and camera";
-    case Family::Release:
-        return "release";
-    case Family::Weight:
-        return "weight";
-    case Family::Own:
-        return "own law";
-    }
-    return "own law";
+    constexpr std::array names{"material damping",   "air",     "clamp",  "stem geometry",
+                               "support and camera", "release", "weight", "own law"};
+    return names[static_cast<std::size_t>(family)];
 }
 
 bool is_one_law(Family family) {

@@ -14,7 +14,7 @@
 
 namespace culm::physics {
 
-/// The number that a fit works on.
+/// The number that a fit works on; in the order of the names in to_string().
 enum class FittedAs {
     Itself,
     Logarithm, ///< spans decades and is positive
@@ -113,7 +113,7 @@ enum class BelongsTo {
 };
 
 /// Laws of one family differ in form, not in kind: a recording may determine the family but not
-/// the law.
+/// the law. In the order of the names in to_string().
 enum class Family {
     MaterialDamping,
     Air,

@@ -44,15 +44,6 @@ namespace culm::physics {
 CULM_EFFECTS(CULM_DECLARED)
 #undef CULM_DECLARED
 
-namespace {
-
-/// Position in the library; past its end for a user's effect.
-std::size_t rank(std::span<const std::string> names, const Effect& effect) {
-    return static_cast<std::size_t>(std::ranges::find(names, effect.name()) - names.begin());
-}
-
-} // namespace
-
 std::vector<EffectPointer> all_effects() {
 #define CULM_LISTED(name) name(),
     static const std::vector<EffectPointer> library{CULM_EFFECTS(CULM_LISTED)};
@@ -124,9 +115,10 @@ void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target) 
     for (const ActiveEffect& active : effects)
         ordered.push_back(&active);
     // In the order of the library, so that the model does not depend on the order in which the user
-    // names the effects.
-    std::ranges::stable_sort(
-        ordered, {}, [&](const ActiveEffect* active) { return rank(names, *active->effect); });
+    // names the effects; a user's effect has its place past the end.
+    std::ranges::stable_sort(ordered, {}, [&](const ActiveEffect* active) {
+        return std::ranges::find(names, active->effect->name());
+    });
     for (const ActiveEffect* active : ordered) {
         if (active->values.size() != active->effect->parameters().size())
             throw std::logic_error("an effect needs a value for each of its parameters");

@@ -76,10 +76,8 @@ std::vector<std::string> user_law_kind_names() {
 }
 
 std::optional<UserLawKind> user_law_kind(std::string_view name) {
-    for (const NamedKind& kind : kinds)
-        if (name == kind.name)
-            return kind.kind;
-    return std::nullopt;
+    const auto* found = std::ranges::find(kinds, name, &NamedKind::name);
+    return found == kinds.end() ? std::nullopt : std::optional(found->kind);
 }
 
 std::string effect_name_fault(std::string_view name) {
