@@ -6,7 +6,7 @@
 #include "bench/run_program.hpp"
 #include "core/error.hpp"
 #include "core/lanes.hpp"
-#include "integrate/error_scales.hpp"
+#include "integrate/error_weights.hpp"
 #include "integrate/rosenbrock.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // One implicit ring-down by a chosen method and tolerance: its history, its fit and its cost.
 #pragma once
 
-#include "integrate/error_scales.hpp"
+#include "integrate/error_weights.hpp"
 #include "integrate/implicit.hpp"
 #include "integrate/rosenbrock.hpp"
 #include "integrate/solve_summary.hpp"

@@ -18,17 +18,13 @@ std::int64_t first_point(const Batch& batch) {
     return batch.points.empty() ? std::numeric_limits<std::int64_t>::min() : batch.points.front();
 }
 
-void require_valid_costs(std::span<const Batch> batches) {
+} // namespace
+
+std::vector<std::size_t> plan_order(std::span<const Batch> batches) {
     for (std::size_t i = 0; i < batches.size(); ++i)
         if (!std::isfinite(batches[i].cost) || batches[i].cost < 0.0)
             throw FarmError(fmt::format("batch {}: cost = {}: must be finite and not negative", i,
                                         batches[i].cost));
-}
-
-} // namespace
-
-std::vector<std::size_t> plan_order(std::span<const Batch> batches) {
-    require_valid_costs(batches);
     std::vector<std::size_t> order(batches.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {

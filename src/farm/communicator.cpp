@@ -106,13 +106,10 @@ std::vector<std::string> Communicator::gather(const std::string& text, int root)
         "MPI_Allgather");
     // All ranks know all lengths, so all of them refuse a total that exceeds MPI's int counts.
     (void)message_length(std::accumulate(lengths.begin(), lengths.end(), std::uint64_t{0}));
-    std::vector<int> counts(ranks);
+    const std::vector<int> counts(lengths.begin(), lengths.end());
     std::vector<int> offsets(ranks);
-    int total = 0;
-    for (std::size_t r = 0; r < ranks; ++r) {
-        counts[r] = static_cast<int>(lengths[r]);
-        offsets[r] = std::exchange(total, total + counts[r]);
-    }
+    std::exclusive_scan(counts.begin(), counts.end(), offsets.begin(), 0);
+    const int total = offsets.back() + counts.back();
     std::string joined(is_root ? static_cast<std::size_t>(total) : 0, '\0');
     check_mpi(MPI_Gatherv(text.data(), static_cast<int>(length), MPI_BYTE, joined.data(),
                           counts.data(), offsets.data(), MPI_BYTE, root, handle_->mpi),

@@ -23,15 +23,6 @@ namespace culm::farm {
 
 namespace {
 
-/// In a build with AddressSanitizer, reports leaks of culm and ends the process if there are any.
-/// It must run before MPI_Finalize, which unloads Open MPI's plugins: memory that they keep until
-/// the end of the process looks like leaks afterwards.
-void check_leaks() {
-#ifdef __SANITIZE_ADDRESS__
-    __lsan_do_leak_check();
-#endif
-}
-
 /// Allocations of MPI_Init, much of which Open MPI never frees, do not count as leaks of culm.
 int initialise_mpi(int& argc, char**& argv) {
 #ifdef __SANITIZE_ADDRESS__
@@ -63,7 +54,12 @@ Environment::~Environment() {
     MPI_Comm_size(MPI_COMM_WORLD, &size);
     if (size > 1 && std::uncaught_exceptions() > exceptions_at_start_)
         abort(EXIT_FAILURE);
-    check_leaks();
+#ifdef __SANITIZE_ADDRESS__
+    // Reports leaks of culm and ends the process if there are any, before MPI_Finalize unloads Open
+    // MPI's plugins: memory that they keep until the end of the process looks like leaks
+    // afterwards.
+    __lsan_do_leak_check();
+#endif
     MPI_Finalize();
 }
 

@@ -9,16 +9,6 @@
 
 namespace culm::farm {
 
-namespace {
-
-/// Ranges that a rank may have. A worker has its next range when one is done, so it never waits for
-/// a message; rank 0 reads the list directly.
-constexpr std::size_t depth(int rank) {
-    return rank == 0 ? 1 : 2;
-}
-
-} // namespace
-
 Scheduler::Scheduler(std::span<const double> costs, int ranks, double chunk_seconds,
                      double seconds_per_cost)
     : remaining_(static_cast<std::int64_t>(costs.size())),
@@ -47,7 +37,10 @@ void Scheduler::deal() {
 
 std::optional<Range> Scheduler::hand_out(int rank, double cost_limit) {
     auto& held = held_[static_cast<std::size_t>(rank)];
-    if (stopped_ || remaining_ == 0 || held.size() >= depth(rank))
+    // A worker has its next range when one is done, so it never waits for a message; rank 0 reads
+    // the list directly.
+    const std::size_t most_held = rank == 0 ? 1 : 2;
+    if (stopped_ || remaining_ == 0 || held.size() >= most_held)
         return std::nullopt;
     const bool is_prefetch = !held.empty();
     // A batch that waits behind a busy rank would keep another rank idle at the end.

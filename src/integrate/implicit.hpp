@@ -4,7 +4,7 @@
 
 #include "core/error.hpp"
 #include "core/lanes.hpp"
-#include "integrate/error_scales.hpp"
+#include "integrate/error_weights.hpp"
 #include "integrate/solve_summary.hpp"
 #include "physics/chain.hpp"
 

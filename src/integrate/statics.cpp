@@ -288,14 +288,13 @@ class LoadStep {
 template <int Dim>
 void set_held_branches(const physics::Chain<Dim, double>& chain, std::vector<double>& state) {
     const auto& layout = chain.layout();
-    for (int j = 0; j < layout.bond_count(); ++j) {
+    for (int j = 0; j < layout.bond_count(); ++j)
         for (int k = 0; k < layout.branch_count(); ++k) {
             const auto& branch = chain.model().branches[static_cast<std::size_t>(k)];
             const auto moment = layout.bond(state.data(), j).moment;
             layout.set_branch_moment(state.data(), j, k,
                                      (branch.held_share * branch.relative_stiffness) * moment);
         }
-    }
 }
 
 } // namespace

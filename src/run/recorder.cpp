@@ -75,10 +75,6 @@ double Recorder::camera_scale(double height) const {
     return 1.0 + model_.camera.scale_change * height / spec_.stem.free_length();
 }
 
-double Recorder::support_position(double time) const {
-    return model_.chain.base_motion ? physics::base_position(*model_.chain.base_motion, time) : 0.0;
-}
-
 bool Recorder::needs_rates() const {
     return std::ranges::any_of(spec_.sensors, &measure::Sensor::needs_rates);
 }
@@ -99,7 +95,9 @@ measure::SensorSurroundings Recorder::surroundings_at(double time) const {
 void Recorder::record(std::size_t index, const measure::ChainSample& sample) {
     const std::span<const double> positions = sample.positions;
     const auto dimensions = static_cast<std::size_t>(dimensions_);
-    const double support = support_position(static_cast<double>(index) * spec_.sample_interval);
+    const auto& base = model_.chain.base_motion;
+    const double time = static_cast<double>(index) * spec_.sample_interval;
+    const double support = base ? physics::base_position(*base, time) : 0.0;
     result_.tip_deflection[index] = (positions[positions.size() - dimensions + 1] + support) *
                                     camera_scale(spec_.stem.free_length());
     if (spec_.store >= StoreLevel::Heights && !spec_.heights.empty())

@@ -40,7 +40,6 @@ class Recorder {
 
   private:
     [[nodiscard]] double camera_scale(double height) const;
-    [[nodiscard]] double support_position(double time) const;
     void read_heights(std::size_t index, const measure::ChainSample& sample, double support);
     [[nodiscard]] measure::SensorSurroundings surroundings_at(double time) const;
 

@@ -31,15 +31,12 @@ class StepLanes {
     StepLanes(const CaseSpec& spec, std::span<const double> steps)
         : used_(steps.size()), common_step_(steps.front()),
           steps_([&](auto lane) { return steps[lane < steps.size() ? lane : steps.size() - 1]; }),
-          chain_(scaled_stems(spec), spec.law),
-          verlet_(chain_, scaled_states(released(spec)), common_step_), straight_(energy_at_rest()),
+          chain_(scaled_stems(spec), spec.law), verlet_(chain_, scaled_states(spec), common_step_),
+          straight_(physics::chain_energy(chain_, chain_.straight_state().data()).stored()),
           released_(stored_energy()) {}
 
     StepLanes(const StepLanes&) = delete; // the integrator refers to the chain
     StepLanes& operator=(const StepLanes&) = delete;
-    StepLanes(StepLanes&&) = delete;
-    StepLanes& operator=(StepLanes&&) = delete;
-    ~StepLanes() = default;
 
     /// `count` steps in every lane.
     void advance(std::int64_t count) { verlet_.advance(count); }
@@ -70,23 +67,17 @@ class StepLanes {
         return stems;
     }
 
-    [[nodiscard]] static std::vector<double> released(const CaseSpec& spec) {
+    /// The same shape, held at the tip, in every lane; forces and moments scale as the modulus.
+    [[nodiscard]] std::vector<Lanes> scaled_states(const CaseSpec& spec) const {
         const physics::Chain<Dim, double> chain(spec.stem, spec.law);
-        return integrate::deflected_equilibrium(chain, spec.tip_deflection).state;
-    }
-
-    /// The same shape at rest in every lane; forces and moments scale as the modulus.
-    [[nodiscard]] std::vector<Lanes> scaled_states(const std::vector<double>& state) const {
+        const std::vector<double> state =
+            integrate::deflected_equilibrium(chain, spec.tip_deflection).state;
         const Lanes square = unit_of_time() * unit_of_time();
         const std::size_t first_history = chain_.layout().bond_offset(0);
         std::vector<Lanes> states(state.begin(), state.end());
         for (std::size_t k = first_history; k < states.size(); ++k)
             states[k] *= square;
         return states;
-    }
-
-    [[nodiscard]] Lanes energy_at_rest() const {
-        return physics::chain_energy(chain_, chain_.straight_state().data()).stored();
     }
 
     /// Energy above that of the straight chain at rest, in each lane's own unit of time.

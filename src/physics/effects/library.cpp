@@ -107,13 +107,13 @@ void check_combination(std::span<const EffectPointer> effects) {
 
 void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target) {
     std::vector<EffectPointer> pointers;
-    for (const ActiveEffect& active : effects)
+    std::vector<const ActiveEffect*> ordered;
+    for (const ActiveEffect& active : effects) {
         pointers.push_back(active.effect);
+        ordered.push_back(&active);
+    }
     check_combination(pointers);
     const std::vector<std::string> names = effect_names();
-    std::vector<const ActiveEffect*> ordered;
-    for (const ActiveEffect& active : effects)
-        ordered.push_back(&active);
     // In the order of the library, so that the model does not depend on the order in which the user
     // names the effects; a user's effect has its place past the end.
     std::ranges::stable_sort(ordered, {}, [&](const ActiveEffect* active) {

@@ -86,12 +86,6 @@ void check_characters(const std::string& formula) {
     }
 }
 
-std::string without_end(std::string text) {
-    while (!text.empty() && (text.back() == '.' || text.back() == ' '))
-        text.pop_back();
-    return text;
-}
-
 std::string unknown_name(const std::string& token, const ExpressionText& text) {
     const std::vector<std::string> variables = expression_variables(text.kind);
     std::vector<std::string> valid = variables;
@@ -126,8 +120,10 @@ std::string unknown_name(const std::string& token, const ExpressionText& text) {
         refuse(text.formula, text.formula.size(), "the formula ends too early");
     case mu::ecMISSING_PARENS:
         refuse(text.formula, text.formula.size(), "a closing parenthesis is missing");
-    default:
-        refuse(text.formula, position, without_end(error.GetMsg()));
+    default: {
+        const std::string& message = error.GetMsg();
+        refuse(text.formula, position, message.substr(0, message.find_last_not_of(". ") + 1));
+    }
     }
 }
 
@@ -156,7 +152,11 @@ class CompiledExpression {
 
     [[nodiscard]] double value(const UserLawInputs& inputs, std::span<const double> parameters) {
         const std::scoped_lock lock(mutex_);
-        bind(inputs);
+        if (text_.kind == UserLawKind::BaseMoment)
+            inputs_ = {inputs.deflection, inputs.velocity, inputs.time};
+        else
+            inputs_ = {inputs.position,  inputs.deflection,     inputs.velocity,
+                       inputs.curvature, inputs.curvature_rate, inputs.time};
         std::ranges::copy(parameters, parameters_.begin());
         const double value = parser_.Eval();
         if (!std::isfinite(value))
@@ -165,14 +165,6 @@ class CompiledExpression {
     }
 
   private:
-    void bind(const UserLawInputs& inputs) {
-        if (text_.kind == UserLawKind::BaseMoment)
-            inputs_ = {inputs.deflection, inputs.velocity, inputs.time};
-        else
-            inputs_ = {inputs.position,  inputs.deflection,     inputs.velocity,
-                       inputs.curvature, inputs.curvature_rate, inputs.time};
-    }
-
     [[nodiscard]] std::string complaint(double value) const {
         std::string names;
         for (std::size_t k = 0; k < variables_.size(); ++k)

@@ -29,17 +29,6 @@ constexpr int frequencies_a_branch = 8;
 /// negative up to a loss factor of 0.5. Without it the outer branches must replace those beyond.
 constexpr double reach = 2.0;
 
-/// Stiffness of one branch over its spring's: in phase with the strain, and a quarter cycle ahead.
-struct BranchResponse {
-    double storage;
-    double loss;
-};
-
-BranchResponse response(double angular_frequency, double relaxation_time) {
-    const double x = angular_frequency * relaxation_time;
-    return {x * x / (1.0 + x * x), x / (1.0 + x * x)};
-}
-
 double angular(double frequency) {
     return 2.0 * std::numbers::pi * frequency;
 }
@@ -68,9 +57,11 @@ std::vector<MaxwellBranch<double>> constant_loss_branches(double loss_factor,
     for (int k = 0; k < rows; ++k) {
         const double omega = angular(evenly_spaced(band.lowest, band.highest, rows, k));
         for (int b = 0; b < branch_count; ++b) {
-            const BranchResponse of =
-                response(omega, branches[static_cast<std::size_t>(b)].relaxation_time);
-            lost(k, b) = of.loss - loss_factor * of.storage;
+            // Stiffness over the spring's, in phase with the strain and a quarter cycle ahead.
+            const double x = omega * branches[static_cast<std::size_t>(b)].relaxation_time;
+            const double storage = x * x / (1.0 + x * x);
+            const double loss = x / (1.0 + x * x);
+            lost(k, b) = loss - loss_factor * storage;
         }
     }
     const Eigen::Vector<double, branch_count> stiffness =
