@@ -101,7 +101,8 @@ std::string sundials_version() {
 template <int Dim>
 SundialsIntegrator<Dim>::SundialsIntegrator(const physics::ChainLayout<Dim>& layout,
                                             SundialsSolver solver, const std::string& arkode_table)
-    : solver_(solver), stepper_(std::make_unique<Stepper>(solver, layout.size(), arkode_table)) {}
+    : solver_(solver), stepper_(std::make_unique<Stepper>(solver == SundialsSolver::Arkode,
+                                                          layout.size(), arkode_table)) {}
 
 template <int Dim>
 SundialsIntegrator<Dim>::~SundialsIntegrator() = default;

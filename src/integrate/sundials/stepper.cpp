@@ -329,12 +329,11 @@ void set_up_cvode(void* memory) {
 
 } // namespace
 
-Stepper::Stepper(SundialsSolver solver, std::size_t size, const std::string& table)
+Stepper::Stepper(bool is_arkode, std::size_t size, const std::string& table)
     : state_(make_vector(size, context_.get())), matrix_(newton_matrix(context_.get())),
       linear_solver_(newton_solver(data_, context_.get())),
-      functions_(solver == SundialsSolver::Arkode ? arkode_functions : cvode_functions),
+      functions_(is_arkode ? arkode_functions : cvode_functions),
       memory_(nullptr, FreeMemory{functions_.free}) {
-    const bool is_arkode = solver == SundialsSolver::Arkode;
     void* const memory =
         is_arkode ? ARKStepCreate(nullptr, evaluate_rate, 0.0, state_.get(), context_.get())
                   : CVodeCreate(CV_BDF, context_.get());

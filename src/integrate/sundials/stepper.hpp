@@ -5,7 +5,6 @@
 
 #include "integrate/solve_summary.hpp"
 #include "integrate/sundials/compat.hpp"
-#include "integrate/sundials/integrator.hpp"
 
 #include <cstddef>
 #include <exception>
@@ -61,7 +60,7 @@ class Stepper {
     /// For states of `size` numbers: ARKODE's diagonally implicit Runge-Kutta methods, with the
     /// Butcher table of that name (empty: the default), or CVODE's backward differentiation
     /// formulas. Throws core::NumericalError(SolverFailed), as restart() does.
-    Stepper(SundialsSolver solver, std::size_t size, const std::string& arkode_table);
+    Stepper(bool is_arkode, std::size_t size, const std::string& arkode_table);
     Stepper(const Stepper&) = delete; // SUNDIALS keeps the address of the callbacks' data
     Stepper& operator=(const Stepper&) = delete;
 
