@@ -31,12 +31,11 @@ std::optional<std::size_t> choice(const core::TomlTable& table, const std::strin
 
 /// Row or column of the clamp and of the axis; the key determines the stem's orientation.
 void read_place(const core::TomlTable& video, TrackSettings& settings) {
-    constexpr std::array ups{Up::DecreasingRow, Up::IncreasingRow, Up::DecreasingColumn,
-                             Up::IncreasingColumn};
+    // In the order of Up.
     const std::array<std::string, 5> up_words{"decreasing_row", "increasing_row",
                                               "decreasing_column", "increasing_column", "auto"};
     if (const auto index = choice(video, "up", up_words))
-        settings.up = ups.at(*index);
+        settings.up = static_cast<Up>(*index);
     const auto clamp_row = video.number("clamp_row", TrackLimits::coordinates);
     const auto clamp_column = video.number("clamp_column", TrackLimits::coordinates);
     const auto axis_column = video.number("axis_column", TrackLimits::coordinates);
@@ -70,10 +69,10 @@ void read_place(const core::TomlTable& video, TrackSettings& settings) {
 }
 
 void read_appearance(const core::TomlTable& video, TrackSettings& settings) {
-    constexpr std::array bands{Band::Red, Band::Green, Band::Blue};
+    // In the order of Band.
     const std::array<std::string, 4> band_words{"red", "green", "blue", "auto"};
     if (const auto index = choice(video, "best_channel", band_words))
-        settings.band = bands.at(*index);
+        settings.band = static_cast<Band>(*index);
     const std::array<std::string, 3> stem_words{"bright", "dark", "auto"};
     if (const auto index = choice(video, "stem", stem_words))
         settings.stem_sign = *index == 0 ? 1 : -1;

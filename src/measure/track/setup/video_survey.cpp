@@ -112,8 +112,7 @@ std::vector<std::size_t> frames_to_trace(const FrameSource& source, const StemSu
     for (std::size_t r = 0; r < coarse.rows.places.size(); ++r) {
         if (std::isnan(coarse.rows.at(0, r)) || coarse.rows.seen(r) <= 0.9)
             continue;
-        std::vector<double> history = coarse.rows.history(r);
-        std::erase_if(history, [](double column) { return std::isnan(column); });
+        const std::vector<double> history = known(coarse.rows.history(r));
         if (const double found = core::quantile(history, 0.98) - core::quantile(history, 0.02);
             found > spread) {
             spread = found;
