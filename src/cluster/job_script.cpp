@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cluster/job_script.hpp"
 
+#include "cluster/batch_system.hpp"
 #include "cluster/shell_word.hpp"
-#include "cluster/walltime.hpp"
 #include "cluster_generated/run_until_complete.hpp"
 #include "core/error.hpp"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Durations in the forms of Slurm, PBS and people.
-#include "cluster/walltime.hpp"
+#include "cluster/batch_system.hpp"
 #include "core/error.hpp"
 
 #include <string>

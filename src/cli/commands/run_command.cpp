@@ -5,7 +5,6 @@
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "cluster/batch_system.hpp"
-#include "cluster/walltime.hpp"
 #include "farm/batch.hpp"
 #include "farm/communicator.hpp"
 #include "present/files.hpp"
