@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The commands of culm; one source file each.
+// The commands of culm; one source file each, except those that execute a Python program.
 #pragma once
 
 #include "core/error.hpp"

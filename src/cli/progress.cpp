@@ -36,17 +36,29 @@ std::string bar_of(const farm::Progress& progress, const present::TextStyle& sty
 
 } // namespace
 
-ProgressDisplay::ProgressDisplay(bool quiet, const char* items)
-    : items_(items), style_(style_of(stderr)), quiet_(quiet), terminal_(::isatty(2) == 1) {}
+RewrittenLine::RewrittenLine(bool is_quiet) : is_quiet_(is_quiet), is_terminal_(::isatty(2) == 1) {}
+
+void RewrittenLine::finish() {
+    if (line_is_open_)
+        fmt::print(stderr, "\n");
+    line_is_open_ = false;
+}
+
+void RewrittenLine::rewrite(const std::string& line) {
+    fmt::print(stderr, "\r\033[K{}", line);
+    std::fflush(stderr);
+    line_is_open_ = true;
+}
+
+ProgressDisplay::ProgressDisplay(bool is_quiet, const char* items)
+    : RewrittenLine(is_quiet), items_(items), style_(style_of(stderr)) {}
 
 void ProgressDisplay::show(const farm::Progress& progress) {
-    if (quiet_ || progress.points_total == 0)
+    constexpr std::chrono::minutes log_interval{1};
+    if (is_quiet_ || progress.points_total == 0)
         return;
-    if (terminal_) {
-        fmt::print(stderr, "\r\033[K{}{}", bar_of(progress, style_),
-                   line_of(progress, items_, style_));
-        std::fflush(stderr);
-        line_is_open_ = true;
+    if (is_terminal_) {
+        rewrite(bar_of(progress, style_) + line_of(progress, items_, style_));
         return;
     }
     const std::int64_t tenth = 10 * progress.points_done / progress.points_total;
@@ -58,28 +70,9 @@ void ProgressDisplay::show(const farm::Progress& progress) {
     fmt::print(stderr, "{}\n", line_of(progress, items_, style_));
 }
 
-void ProgressDisplay::finish() {
-    if (line_is_open_)
-        fmt::print(stderr, "\n");
-    line_is_open_ = false;
-}
-
-StepDisplay::StepDisplay(bool is_quiet) : is_quiet_(is_quiet), is_terminal_(::isatty(2) == 1) {}
-
-StepDisplay::~StepDisplay() {
-    if (line_is_open_)
-        std::fputc('\n', stderr);
-}
-
 std::string StepDisplay::elapsed() const {
     const std::chrono::duration<double> passed = std::chrono::steady_clock::now() - start_;
     return fmt::format("{:6.1f} s", passed.count());
-}
-
-void StepDisplay::rewrite(const std::string& line) {
-    fmt::print(stderr, "\r\033[K{}", line);
-    std::fflush(stderr);
-    line_is_open_ = true;
 }
 
 void StepDisplay::begin(const std::string& step) {

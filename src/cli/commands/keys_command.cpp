@@ -3,7 +3,6 @@
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "core/error.hpp"
-#include "core/nearest_name.hpp"
 #include "present/text.hpp"
 #include "study/config/keys.hpp"
 
@@ -51,10 +50,9 @@ bool is_named(const ConfigKey& key, const std::string& name) {
     std::vector<std::string> valid = config_tables();
     for (const ConfigKey& key : study::config_keys())
         valid.push_back(key.key);
-    const std::string nearest = core::nearest_name(name, valid);
     throw core::InputError(fmt::format(
         "there is no table or key \"{}\" in a study file{}; `culm keys` lists those there are",
-        name, nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest)));
+        name, study::did_you_mean(name, valid, "\"")));
 }
 
 std::string card(const ConfigKey& key) {
