@@ -76,11 +76,9 @@ void FileDescriptor::write_at(std::span<const std::byte> bytes, std::uint64_t of
     }
     // By default the kernel collects dirty pages for half a minute. The next fdatasync would then
     // wait for all of them, and the rank would compute nothing meanwhile.
-    if (unsent_bytes_ >= writeback_bytes)
-        start_writeback();
-}
-
-void FileDescriptor::start_writeback() {
+    constexpr std::uint64_t writeback_bytes = std::uint64_t{8} << 20U;
+    if (unsent_bytes_ < writeback_bytes)
+        return;
 #ifdef SYNC_FILE_RANGE_WRITE
     // Starts the writeback without waiting; sync_data reports its errors. A length of zero means
     // "to the end of the file".

@@ -62,11 +62,7 @@ class FileDescriptor {
     void close();
 
   private:
-    static constexpr std::uint64_t writeback_bytes = std::uint64_t{8} << 20U;
-
-    void start_writeback();
-
-    std::uint64_t unsent_bytes_ = 0; ///< written since the last start_writeback
+    std::uint64_t unsent_bytes_ = 0; ///< written since the kernel was last asked to write pages
     std::filesystem::path path_;
     int descriptor_ = -1;
 };

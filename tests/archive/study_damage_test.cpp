@@ -5,7 +5,6 @@
 #include "archive/hdf5/read.hpp"
 #include "archive/hdf5/write.hpp"
 #include "archive/study/file.hpp"
-#include "archive/study/verify.hpp"
 #include "archive/study/writer.hpp"
 #include "core/error.hpp"
 

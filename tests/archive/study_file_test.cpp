@@ -3,7 +3,6 @@
 #include "archive/journal/read.hpp"
 #include "archive/journal/writer.hpp"
 #include "archive/study/file.hpp"
-#include "archive/study/verify.hpp"
 #include "archive/study/writer.hpp"
 #include "core/error.hpp"
 

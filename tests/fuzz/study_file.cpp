@@ -5,7 +5,6 @@
 #include "archive/archive_example.hpp"
 #include "archive/hdf5/handle.hpp"
 #include "archive/study/file.hpp"
-#include "archive/study/verify.hpp"
 #include "archive/study/writer.hpp"
 #include "fuzz/fuzz_input.hpp"
 

@@ -138,40 +138,6 @@ H5FD_class_t driver_class() {
     return driver;
 }
 
-} // namespace
-
-Hdf5WriteDriver::Hdf5WriteDriver(const std::filesystem::path& path)
-    : target_(std::make_unique<Target>(
-          Target{FileDescriptor(path, FileDescriptor::Access::ReadWriteCreate), {}})) {
-    target_->file.lock_exclusively(); // before it is emptied: another process may be writing it
-    target_->file.truncate(0);
-    const H5FD_class_t driver = driver_class();
-    driver_ =
-        Hdf5Handle<H5FDunregister>(checked(H5FDregister(&driver), "register a file driver", path));
-}
-
-PropertyListHandle Hdf5WriteDriver::access_properties() const {
-    const std::filesystem::path& path = target_->file.path();
-    PropertyListHandle access(checked(H5Pcreate(H5P_FILE_ACCESS), "set up access", path));
-    Target* const target = target_.get();
-    checked(H5Pset_driver(access.get(), driver_.get(), static_cast<const void*>(&target)),
-            "set the file driver", path);
-    return access;
-}
-
-void Hdf5WriteDriver::require_written() const {
-    if (!target_->error.empty())
-        throw core::StorageError(target_->error);
-}
-
-void Hdf5WriteDriver::close() {
-    require_written();
-    target_->file.sync_data();
-    target_->file.close();
-}
-
-namespace {
-
 FileHandle create_file(const Hdf5WriteDriver& driver, const std::filesystem::path& path) {
     const PropertyListHandle access = driver.access_properties();
     // Both bounds are fixed, so that a newer library writes the same bytes.
@@ -217,6 +183,36 @@ DataspaceHandle list_space(std::size_t size) {
 }
 
 } // namespace
+
+Hdf5WriteDriver::Hdf5WriteDriver(const std::filesystem::path& path)
+    : target_(std::make_unique<Target>(
+          Target{FileDescriptor(path, FileDescriptor::Access::ReadWriteCreate), {}})) {
+    target_->file.lock_exclusively(); // before it is emptied: another process may be writing it
+    target_->file.truncate(0);
+    const H5FD_class_t driver = driver_class();
+    driver_ =
+        Hdf5Handle<H5FDunregister>(checked(H5FDregister(&driver), "register a file driver", path));
+}
+
+PropertyListHandle Hdf5WriteDriver::access_properties() const {
+    const std::filesystem::path& path = target_->file.path();
+    PropertyListHandle access(checked(H5Pcreate(H5P_FILE_ACCESS), "set up access", path));
+    Target* const target = target_.get();
+    checked(H5Pset_driver(access.get(), driver_.get(), static_cast<const void*>(&target)),
+            "set the file driver", path);
+    return access;
+}
+
+void Hdf5WriteDriver::require_written() const {
+    if (!target_->error.empty())
+        throw core::StorageError(target_->error);
+}
+
+void Hdf5WriteDriver::close() {
+    require_written();
+    target_->file.sync_data();
+    target_->file.close();
+}
 
 DatatypeHandle variable_text_type() {
     DatatypeHandle type(H5Tcopy(H5T_C_S1));

@@ -238,6 +238,9 @@ void scan_records(const FileDescriptor& file, ScanDepth depth, JournalScan& scan
     scan.torn_tail_bytes = size - scan.valid_end;
 }
 
+/// Processes may open some 1000 files; MPI needs its share of them.
+constexpr std::size_t most_open_files = 64;
+
 } // namespace
 
 JournalScan scan_journal(const FileDescriptor& file, std::string_view identity, ScanDepth depth) {
@@ -313,13 +316,6 @@ PointRecord read_record(const FileDescriptor& file, const JournalEntry& entry) {
     record.completed = header->kind == RecordKind::Completed;
     return record;
 }
-
-namespace {
-
-/// Processes may open some 1000 files; MPI needs its share of them.
-constexpr std::size_t most_open_files = 64;
-
-} // namespace
 
 JournalIndex::JournalIndex(std::span<const JournalScan> scans) {
     std::size_t entries = 0;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Reading DIR/study.h5, the archive of a study.
+// Reading DIR/study.h5, the archive of a study, and checking whether every byte of its data is
+// unchanged, and whether HDF5 can open it without crashing.
 #pragma once
 
 #include "archive/point_record.hpp"
@@ -91,5 +92,30 @@ class StudyFile {
     mutable std::vector<std::vector<double>> result_rows_; ///< (columns, rows of one chunk)
     mutable std::int64_t first_result_row_ = -1;           ///< of these; -1: none are stored
 };
+
+struct DamagedDataset {
+    std::string name;                ///< absolute path in the file
+    std::int64_t damaged_chunks = 0; ///< absent ones included
+    std::int64_t chunks = 0;         ///< required by the dataset's shape
+    std::string reason;              ///< of the first damage
+};
+
+struct Verification {
+    std::int64_t datasets = 0;
+    std::int64_t chunks = 0;
+    std::vector<DamagedDataset> damaged; ///< in order of their names
+
+    [[nodiscard]] bool is_whole() const { return damaged.empty(); }
+};
+
+/// Reads every chunk of every dataset, which makes HDF5 check its checksum, and the checksums of
+/// the texts. StorageError or InputError if the file cannot be opened as a culm study at all.
+[[nodiscard]] Verification verify(const std::filesystem::path& path);
+
+/// HDF5 1.10 keeps short texts in a heap without checksums and does not check the sizes in it: a
+/// flipped bit there may crash the process that reads it, or keep it busy forever. A child process
+/// therefore reads everything except the numbers first, for a limited time. Returns how the child
+/// died; empty if it did not. Not for processes with several threads.
+[[nodiscard]] std::string death_while_opening(const std::filesystem::path& path);
 
 } // namespace culm::archive

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "archive/study/verify.hpp"
-
 #include "archive/hdf5/handle.hpp"
 #include "archive/hdf5/read.hpp"
 #include "archive/study/file.hpp"
@@ -149,6 +147,23 @@ herr_t collect_dataset(hid_t, const char* name, const H5O_info_t* info, void* da
     return 0;
 }
 
+/// In the child: opens the file, prints nothing, writes no core file, and ends.
+[[noreturn]] void open_and_exit(const std::filesystem::path& path) {
+    // A crash is possible here and must not fill the user's folder with core files.
+    const rlimit nothing{0, 0};
+    (void)::setrlimit(RLIMIT_CORE, &nothing);
+    const rlimit patience{20, 20}; // s of processor time; an intact file takes milliseconds
+    (void)::setrlimit(RLIMIT_CPU, &patience);
+    if (const int silence = ::open("/dev/null", O_WRONLY); silence >= 0)
+        (void)::dup2(silence, STDERR_FILENO); // the C library reports a broken heap there
+    try {
+        const StudyFile file(path);
+    } catch (const std::exception&) {
+        ::_exit(0); // a normal error: the parent will meet the same
+    }
+    ::_exit(0);
+}
+
 } // namespace
 
 Verification verify(const std::filesystem::path& path) {
@@ -171,27 +186,6 @@ Verification verify(const std::filesystem::path& path) {
     }
     return verification;
 }
-
-namespace {
-
-/// In the child: opens the file, prints nothing, writes no core file, and ends.
-[[noreturn]] void open_and_exit(const std::filesystem::path& path) {
-    // A crash is possible here and must not fill the user's folder with core files.
-    const rlimit nothing{0, 0};
-    (void)::setrlimit(RLIMIT_CORE, &nothing);
-    const rlimit patience{20, 20}; // s of processor time; an intact file takes milliseconds
-    (void)::setrlimit(RLIMIT_CPU, &patience);
-    if (const int silence = ::open("/dev/null", O_WRONLY); silence >= 0)
-        (void)::dup2(silence, STDERR_FILENO); // the C library reports a broken heap there
-    try {
-        const StudyFile file(path);
-    } catch (const std::exception&) {
-        ::_exit(0); // a normal error: the parent will meet the same
-    }
-    ::_exit(0);
-}
-
-} // namespace
 
 std::string death_while_opening(const std::filesystem::path& path) {
     const pid_t child = ::fork();

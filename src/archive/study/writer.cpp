@@ -130,7 +130,28 @@ class ResultsWriter {
     using TextsByRow = std::map<std::size_t, std::string>; ///< the other rows are empty
 
     void write_texts(const std::string& name, const TextsByRow& texts,
-                     const std::string& description) const;
+                     const std::string& description) const {
+        std::size_t width = 1;
+        for (const auto& [row, text] : texts)
+            width = std::max(width, text.size());
+        constexpr std::size_t chunk_bytes = 65536;
+        const hsize_t rows = statuses_.size();
+        const hsize_t chunk = std::min<hsize_t>(rows, std::max<hsize_t>(1, chunk_bytes / width));
+        const DatatypeHandle type = fixed_text_type(width);
+        const DatasetHandle dataset = output_.create_dataset(
+            group_.get(), name, {type.get(), {rows}, {chunk}, 1, "1", description});
+        for (hsize_t begin = 0; begin < rows; begin += chunk) {
+            const std::vector<hsize_t> start{begin};
+            const std::vector<hsize_t> count{std::min(chunk, rows - begin)};
+            std::string block(count[0] * width, '\0');
+            // Few of millions of points fail, so the map contains only rows with a text.
+            const auto end = texts.lower_bound(begin + count[0]);
+            for (auto text = texts.lower_bound(begin); text != end; ++text)
+                std::ranges::copy(text->second, block.begin() + static_cast<std::ptrdiff_t>(
+                                                                    (text->first - begin) * width));
+            output_.write_block(dataset, start, count, type.get(), block.data());
+        }
+    }
 
     const Hdf5Output& output_;
     GroupHandle group_;
@@ -140,30 +161,6 @@ class ResultsWriter {
     TextsByRow failure_kinds_;
     TextsByRow failure_reasons_;
 };
-
-void ResultsWriter::write_texts(const std::string& name, const TextsByRow& texts,
-                                const std::string& description) const {
-    std::size_t width = 1;
-    for (const auto& [row, text] : texts)
-        width = std::max(width, text.size());
-    constexpr std::size_t chunk_bytes = 65536;
-    const hsize_t rows = statuses_.size();
-    const hsize_t chunk = std::min<hsize_t>(rows, std::max<hsize_t>(1, chunk_bytes / width));
-    const DatatypeHandle type = fixed_text_type(width);
-    const DatasetHandle dataset = output_.create_dataset(
-        group_.get(), name, {type.get(), {rows}, {chunk}, 1, "1", description});
-    for (hsize_t begin = 0; begin < rows; begin += chunk) {
-        const std::vector<hsize_t> start{begin};
-        const std::vector<hsize_t> count{std::min(chunk, rows - begin)};
-        std::string block(count[0] * width, '\0');
-        // Few of millions of points fail, so the map contains only rows with a text.
-        const auto end = texts.lower_bound(begin + count[0]);
-        for (auto text = texts.lower_bound(begin); text != end; ++text)
-            std::ranges::copy(text->second, block.begin() + static_cast<std::ptrdiff_t>(
-                                                                (text->first - begin) * width));
-        output_.write_block(dataset, start, count, type.get(), block.data());
-    }
-}
 
 /// Deflate would reduce the size of histories only by a factor of 1.18, because the low bytes of a
 /// double are almost random, and would take 4 to 20 times as long (docs/performance.md, section 9).
