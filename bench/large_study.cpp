@@ -4,11 +4,9 @@
 #include "bench/cpu_time.hpp"
 #include "bench/farm_synthetic.hpp"
 #include "bench/run_program.hpp"
-#include "study/execute/assemble.hpp"
 #include "study/execute/execute.hpp"
 #include "study/execute/folder_state.hpp"
 #include "study/execute/point_results.hpp"
-#include "study/summary/replicate_summary.hpp"
 #include "study/summary/summary.hpp"
 
 #include <cstdio>

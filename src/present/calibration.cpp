@@ -168,11 +168,7 @@ json check_json(const calibrate::Calibration& calibration) {
 }
 
 json prediction_json(const std::optional<reduce::Prediction>& found) {
-    if (!found)
-        return nullptr;
-    return {{"value", number(found->value)},
-            {"stderr", number(found->standard_error)},
-            {"interval", bounds_json(*found)}};
+    return found ? interval_json(*found) : json(nullptr);
 }
 
 /// 5 % and 95 % quantiles, and the bootstrap interval of either end.

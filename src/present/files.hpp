@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/error.hpp"
+#include "reduce/population_statistics.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -30,6 +31,26 @@ namespace culm::present {
 /// [lower, upper] of an interval, an estimate or a coefficient, each times `scale`.
 [[nodiscard]] inline nlohmann::json bounds_json(const auto& interval, double scale = 1.0) {
     return nlohmann::json::array({number(scale * interval.lower), number(scale * interval.upper)});
+}
+
+/// {"value", "stderr", "interval"} of a number with its interval of 95 %, each times `scale`.
+[[nodiscard]] inline nlohmann::json interval_json(const auto& found, double scale = 1.0) {
+    return {{"value", number(scale * found.value)},
+            {"stderr", number(scale * found.standard_error)},
+            {"interval", bounds_json(found, scale)}};
+}
+
+/// Moments with their intervals and quantiles, each times `scale`.
+[[nodiscard]] inline nlohmann::json sample_json(const reduce::SampleSummary& sample,
+                                                double scale = 1.0) {
+    return {{"mean", number(scale * sample.mean)},
+            {"mean_interval", bounds_json(sample.mean_interval, scale)},
+            {"standard_deviation", number(scale * sample.standard_deviation)},
+            {"standard_deviation_interval", bounds_json(sample.standard_deviation_interval, scale)},
+            {"lowest", number(scale * sample.lowest)},
+            {"median", number(scale * sample.median)},
+            {"highest", number(scale * sample.highest)},
+            {"central_90_percent", bounds_json(sample.central_90_percent, scale)}};
 }
 
 /// A JSON array of `one(item)` for each item.

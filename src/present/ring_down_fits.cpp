@@ -15,12 +15,6 @@ namespace {
 
 using nlohmann::json;
 
-json estimate_with_interval(const reduce::Estimate& found, double scale = 1.0) {
-    return {{"value", number(scale * found.value)},
-            {"stderr", number(scale * found.standard_error)},
-            {"interval", bounds_json(found, scale)}};
-}
-
 json adequacy(const reduce::RingDownAdequacy& judged) {
     return {{"adequate", judged.is_adequate},
             {"reason", judged.reason},
@@ -39,15 +33,15 @@ json height_json(const reduce::HeightRingDown& height, bool has_offset, bool has
     }
     const reduce::RingDownAnalysis& fit = *height.fit;
     out["samples"] = fit.samples;
-    out["b0_mm"] = estimate_with_interval(fit.amplitude, 1e3);
-    out["b1_per_s"] = estimate_with_interval(fit.decay_rate);
-    out["b1_per_cycle"] = estimate_with_interval(fit.decay_per_cycle);
+    out["b0_mm"] = interval_json(fit.amplitude, 1e3);
+    out["b1_per_s"] = interval_json(fit.decay_rate);
+    out["b1_per_cycle"] = interval_json(fit.decay_per_cycle);
     out["b1_per_cycle_stderr_if_independent"] = number(fit.independent_decay_error);
-    out["b2_hz"] = estimate_with_interval(fit.frequency);
+    out["b2_hz"] = interval_json(fit.frequency);
     if (has_offset)
-        out["offset_mm"] = estimate_with_interval(fit.offset, 1e3);
+        out["offset_mm"] = interval_json(fit.offset, 1e3);
     if (has_phase)
-        out["phase_rad"] = estimate_with_interval(fit.phase);
+        out["phase_rad"] = interval_json(fit.phase);
     out["largest_deflection_mm"] = number(1e3 * fit.largest_deflection);
     out["rms_residual_mm"] = number(1e3 * fit.rms_residual);
     out["r_squared"] = number(fit.r_squared);
@@ -86,8 +80,8 @@ json stem_json(const FitReport& report, std::size_t i) {
     // With δ the logarithmic decrement, ζ/√(1 − ζ²) = δ/2π and ω₀ = ω_d √(1 + (δ/2π)²).
     const double decay = -stem.decay_per_cycle->value / (2.0 * std::numbers::pi);
     const double critical = std::hypot(1.0, decay);
-    out["b1_per_cycle"] = estimate_with_interval(*stem.decay_per_cycle);
-    out["b2_hz"] = estimate_with_interval(*stem.frequency);
+    out["b1_per_cycle"] = interval_json(*stem.decay_per_cycle);
+    out["b2_hz"] = interval_json(*stem.frequency);
     out["damping_ratio"] = number(decay / critical);
     out["natural_frequency_hz"] = number(stem.frequency->value * critical);
     out["banding"] = stem.banding ? line_json(*stem.banding) : json(nullptr);
@@ -96,34 +90,27 @@ json stem_json(const FitReport& report, std::size_t i) {
     return out;
 }
 
-json sample_json(const reduce::SampleSummary& sample, double scale = 1.0) {
-    return {
-        {"count", sample.count},
-        {"mean", number(scale * sample.mean)},
-        {"mean_interval", bounds_json(sample.mean_interval, scale)},
-        {"standard_deviation", number(scale * sample.standard_deviation)},
-        {"standard_deviation_interval", bounds_json(sample.standard_deviation_interval, scale)},
-        {"lowest", number(scale * sample.lowest)},
-        {"median", number(scale * sample.median)},
-        {"highest", number(scale * sample.highest)},
-        {"central_90_percent", bounds_json(sample.central_90_percent, scale)},
-        {"histogram",
-         {{"edges", array_of(sample.histogram.edges, [=](double edge) { return scale * edge; })},
-          {"counts", sample.histogram.counts}}}};
+json sample_with_histogram(const reduce::SampleSummary& sample, double scale = 1.0) {
+    json out = sample_json(sample, scale);
+    out["count"] = sample.count;
+    out["histogram"] = {
+        {"edges", array_of(sample.histogram.edges, [=](double edge) { return scale * edge; })},
+        {"counts", sample.histogram.counts}};
+    return out;
 }
 
 json laboratory_json(const reduce::PopulationSummary& population) {
     return {{"stems", population.stems},
-            {"b1_per_cycle", sample_json(population.decay_per_cycle)},
-            {"b2_hz", sample_json(population.frequency)},
-            {"natural_frequency_hz", sample_json(population.natural_frequency)},
-            {"largest_deflection_mm", sample_json(population.largest_deflection, 1e3)},
-            {"length_mm", sample_json(population.length, 1e3)},
-            {"aspect_ratio", sample_json(population.aspect_ratio)},
+            {"b1_per_cycle", sample_with_histogram(population.decay_per_cycle)},
+            {"b2_hz", sample_with_histogram(population.frequency)},
+            {"natural_frequency_hz", sample_with_histogram(population.natural_frequency)},
+            {"largest_deflection_mm", sample_with_histogram(population.largest_deflection, 1e3)},
+            {"length_mm", sample_with_histogram(population.length, 1e3)},
+            {"aspect_ratio", sample_with_histogram(population.aspect_ratio)},
             {"b1_against_aspect_ratio", line_json(population.decay_against_aspect_ratio)},
             {"b1_against_relative_height", line_json(population.decay_against_height)},
             {"banding",
-             {{"slopes", sample_json(population.banding_slopes)},
+             {{"slopes", sample_with_histogram(population.banding_slopes)},
               {"mean_slope_p_value", number(population.mean_slope_p_value)},
               {"significant_stems", population.banded_stems}}}};
 }

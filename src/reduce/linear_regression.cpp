@@ -81,9 +81,8 @@ void set_coefficients(const Eigen::VectorXd& values, std::span<const std::string
 
 LinearRegression regress(const Eigen::MatrixXd& design, std::span<const double> response,
                          std::span<const std::string> names) {
-    const Eigen::Map<const Eigen::VectorXd> map(response.data(),
-                                                static_cast<Eigen::Index>(response.size()));
-    const Eigen::VectorXd observed = map;
+    const Eigen::VectorXd observed = Eigen::Map<const Eigen::VectorXd>(
+        response.data(), static_cast<Eigen::Index>(response.size()));
     check_input(design, observed, names);
     // Columns of length one: the rank then does not depend on the units of the regressors.
     const Eigen::VectorXd scale = design.colwise().norm();

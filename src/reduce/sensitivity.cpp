@@ -15,6 +15,7 @@
 #include <fmt/core.h>
 
 namespace culm::reduce {
+
 namespace {
 
 using Eigen::Index;
@@ -33,71 +34,6 @@ void append_exponents(Index inputs, int degree, std::vector<int>& prefix,
         prefix.pop_back();
     }
 }
-
-} // namespace
-
-GroupPolynomials::GroupPolynomials(const Eigen::MatrixXd& nodes, const Eigen::VectorXd& weights,
-                                   int largest_degree) {
-    centre_ = weights.transpose() * nodes;
-    const Eigen::MatrixXd centred = nodes.rowwise() - centre_;
-    scale_ = (weights.transpose() * centred.cwiseAbs2()).cwiseSqrt();
-    for (double& scale : scale_)
-        scale = scale > 0.0 ? scale : 1.0;
-    std::vector<int> monomial_degrees;
-    for (int degree = 0; degree <= largest_degree; ++degree) {
-        std::vector<int> prefix;
-        append_exponents(nodes.cols(), degree, prefix, exponents_);
-        monomial_degrees.resize(exponents_.size(), degree);
-    }
-    // Gram-Schmidt with each step twice is orthogonal to rounding for any set of monomials (Giraud
-    // et al. 2005). A remainder below this share of its monomial is rounding.
-    constexpr double independent_share = 1e-8;
-    const Eigen::VectorXd roots = weights.cwiseSqrt();
-    const Eigen::MatrixXd raw = roots.asDiagonal() * monomials(nodes);
-    const Index count = raw.cols();
-    Eigen::MatrixXd basis(raw.rows(), count);
-    Eigen::MatrixXd recipes = Eigen::MatrixXd::Zero(count, count);
-    Index kept = 0;
-    for (Index k = 0; k < count; ++k) {
-        Eigen::VectorXd column = raw.col(k);
-        Eigen::VectorXd recipe = Eigen::VectorXd::Unit(count, k);
-        const double norm = column.norm();
-        for (int pass = 0; pass < 2; ++pass) {
-            const Eigen::VectorXd along = basis.leftCols(kept).transpose() * column;
-            column -= basis.leftCols(kept) * along;
-            recipe -= recipes.leftCols(kept) * along;
-        }
-        const double rest = column.norm();
-        if (!(rest > independent_share * norm))
-            continue;
-        basis.col(kept) = column / rest;
-        recipes.col(kept) = recipe / rest;
-        if (kept > 0)
-            degrees_.push_back(monomial_degrees[static_cast<std::size_t>(k)]);
-        ++kept;
-    }
-    coefficients_ = recipes.middleCols(1, kept - 1);
-}
-
-Eigen::MatrixXd GroupPolynomials::monomials(const Eigen::MatrixXd& places) const {
-    const Eigen::MatrixXd standard =
-        (places.rowwise() - centre_).array().rowwise() / scale_.array();
-    Eigen::MatrixXd values =
-        Eigen::MatrixXd::Ones(places.rows(), static_cast<Index>(exponents_.size()));
-    for (Index k = 0; k < values.cols(); ++k)
-        for (Index input = 0; input < places.cols(); ++input)
-            for (int power = 0;
-                 power < exponents_[static_cast<std::size_t>(k)][static_cast<std::size_t>(input)];
-                 ++power)
-                values.col(k).array() *= standard.col(input).array();
-    return values;
-}
-
-Eigen::MatrixXd GroupPolynomials::at(const Eigen::MatrixXd& places) const {
-    return monomials(places) * coefficients_;
-}
-
-namespace {
 
 constexpr int most_degrees = 12;
 
@@ -225,7 +161,7 @@ class ChaosFit {
     [[nodiscard]] MatrixXd left_out_errors() const {
         MatrixXd sums = MatrixXd::Zero(degree_ + 1, responses_.cols());
         for_blocks([&](Index first, const MatrixXd& values) {
-            const MatrixXd t = whitened(values);
+            const MatrixXd t = factor_.triangularView<Eigen::Lower>().solve(values.transpose());
             MatrixXd fitted = MatrixXd::Zero(values.rows(), responses_.cols());
             VectorXd leverage = VectorXd::Zero(values.rows());
             Index from = 0;
@@ -276,10 +212,6 @@ class ChaosFit {
         constexpr Index block = 4096;
         for (Index first = 0; first < responses_.rows(); first += block)
             visit(first, basis_.at_points(first, std::min(block, responses_.rows() - first)));
-    }
-
-    [[nodiscard]] MatrixXd whitened(const MatrixXd& values) const {
-        return factor_.triangularView<Eigen::Lower>().solve(values.transpose());
     }
 
     /// 1 − leverage, bounded below: a point that alone determines a term then has a large error.
@@ -381,6 +313,67 @@ std::size_t most_terms(Index points) {
 }
 
 } // namespace
+
+GroupPolynomials::GroupPolynomials(const Eigen::MatrixXd& nodes, const Eigen::VectorXd& weights,
+                                   int largest_degree) {
+    centre_ = weights.transpose() * nodes;
+    const Eigen::MatrixXd centred = nodes.rowwise() - centre_;
+    scale_ = (weights.transpose() * centred.cwiseAbs2()).cwiseSqrt();
+    for (double& scale : scale_)
+        scale = scale > 0.0 ? scale : 1.0;
+    std::vector<int> monomial_degrees;
+    for (int degree = 0; degree <= largest_degree; ++degree) {
+        std::vector<int> prefix;
+        append_exponents(nodes.cols(), degree, prefix, exponents_);
+        monomial_degrees.resize(exponents_.size(), degree);
+    }
+    // Gram-Schmidt with each step twice is orthogonal to rounding for any set of monomials (Giraud
+    // et al. 2005). A remainder below this share of its monomial is rounding.
+    constexpr double independent_share = 1e-8;
+    const Eigen::VectorXd roots = weights.cwiseSqrt();
+    const Eigen::MatrixXd raw = roots.asDiagonal() * monomials(nodes);
+    const Index count = raw.cols();
+    Eigen::MatrixXd basis(raw.rows(), count);
+    Eigen::MatrixXd recipes = Eigen::MatrixXd::Zero(count, count);
+    Index kept = 0;
+    for (Index k = 0; k < count; ++k) {
+        Eigen::VectorXd column = raw.col(k);
+        Eigen::VectorXd recipe = Eigen::VectorXd::Unit(count, k);
+        const double norm = column.norm();
+        for (int pass = 0; pass < 2; ++pass) {
+            const Eigen::VectorXd along = basis.leftCols(kept).transpose() * column;
+            column -= basis.leftCols(kept) * along;
+            recipe -= recipes.leftCols(kept) * along;
+        }
+        const double rest = column.norm();
+        if (!(rest > independent_share * norm))
+            continue;
+        basis.col(kept) = column / rest;
+        recipes.col(kept) = recipe / rest;
+        if (kept > 0)
+            degrees_.push_back(monomial_degrees[static_cast<std::size_t>(k)]);
+        ++kept;
+    }
+    coefficients_ = recipes.middleCols(1, kept - 1);
+}
+
+Eigen::MatrixXd GroupPolynomials::monomials(const Eigen::MatrixXd& places) const {
+    const Eigen::MatrixXd standard =
+        (places.rowwise() - centre_).array().rowwise() / scale_.array();
+    Eigen::MatrixXd values =
+        Eigen::MatrixXd::Ones(places.rows(), static_cast<Index>(exponents_.size()));
+    for (Index k = 0; k < values.cols(); ++k)
+        for (Index input = 0; input < places.cols(); ++input)
+            for (int power = 0;
+                 power < exponents_[static_cast<std::size_t>(k)][static_cast<std::size_t>(input)];
+                 ++power)
+                values.col(k).array() *= standard.col(input).array();
+    return values;
+}
+
+Eigen::MatrixXd GroupPolynomials::at(const Eigen::MatrixXd& places) const {
+    return monomials(places) * coefficients_;
+}
 
 std::vector<Sensitivity> analyse_sensitivity(const std::vector<InputGroup>& groups,
                                              const MatrixXd& responses) {

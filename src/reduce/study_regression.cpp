@@ -74,43 +74,6 @@ void check_significance(double significance) {
                         significance));
 }
 
-} // namespace
-
-InteractionModel reduce_interaction_model(const PredictorPair& predictors,
-                                          std::span<const double> response, double significance) {
-    check_significance(significance);
-    InteractionModel model;
-    model.terms.assign(all_terms.begin(), all_terms.end());
-    model.regression = regress_on_terms(predictors, response, all_terms);
-    model.full_adjusted_r_squared = model.regression.adjusted_r_squared;
-    // Backward elimination: drop the term with the largest p-value until all are significant. A
-    // main effect stays as long as the interaction that contains it (droppable()).
-    for (int round = 0; model.terms.size() > 1; ++round) {
-        std::optional<std::size_t> weakest;
-        LinearRegression without_weakest;
-        for (const Term term : droppable(model.terms)) {
-            LinearRegression reduced =
-                regress_on_terms(predictors, response, without(model.terms, term));
-            // F = (SS_reduced − SS_full)/q over SS_full/(n − p), q = 1 term.
-            const NestedTest test = nested_f_test(reduced, model.regression);
-            model.history.push_back({term, term_name(term, predictors), test, round, false});
-            if (!weakest || test.p_value > model.history[*weakest].test.p_value) {
-                weakest = model.history.size() - 1;
-                without_weakest = std::move(reduced);
-            }
-        }
-        EliminationTest& candidate = model.history[*weakest];
-        if (candidate.test.p_value < significance)
-            break;
-        candidate.dropped = true;
-        model.terms = without(model.terms, candidate.term);
-        model.regression = std::move(without_weakest);
-    }
-    return model;
-}
-
-namespace {
-
 constexpr std::size_t fewest_points = 3;
 // Values that differ by less than this share of the largest are one value.
 constexpr double same_value = 1e-10;
@@ -194,10 +157,14 @@ std::string obstacle(const ResponseTask& task, const PredictorPair& predictors) 
     return {};
 }
 
-ResponseRegression regress_response(const ResponseTask& task, const PredictorPair& predictors,
-                                    double significance) {
+RegressionOutcome regress_response(const ResponseTask& task, const PredictorPair& predictors,
+                                   double significance) {
+    RegressionOutcome outcome;
+    outcome.reason = obstacle(task, predictors);
+    if (!outcome.reason.empty())
+        return outcome;
     const std::array single_terms = {Term::Intercept, task.predictor};
-    ResponseRegression result;
+    ResponseRegression& result = outcome.regression.emplace();
     result.points = task.values.size();
     result.single.predictor = task.predictor;
     result.single.regression = regress_on_terms(predictors, task.values, single_terms);
@@ -214,39 +181,8 @@ ResponseRegression regress_response(const ResponseTask& task, const PredictorPai
     } catch (const core::NumericalError& error) {
         result.no_reduced_reason = error.what();
     }
-    return result;
-}
-
-RegressionOutcome regress_if_possible(const ResponseTask& task, const PredictorPair& predictors,
-                                      double significance) {
-    RegressionOutcome outcome;
-    outcome.reason = obstacle(task, predictors);
-    if (outcome.reason.empty())
-        outcome.regression = regress_response(task, predictors, significance);
     return outcome;
 }
-
-} // namespace
-
-StudyRegression regress_study(const StudyPoints& points, double significance) {
-    check_significance(significance);
-    const UsablePoints usable = usable_points(points);
-    const PredictorPair predictors{"decay_per_cycle", "frequency", usable.decay_per_cycle,
-                                   usable.frequency};
-    StudyRegression study;
-    study.points_used = usable.frequency.size();
-    study.points_excluded = points.frequency.size() - study.points_used;
-    study.decay_per_cycle = range_of(usable.decay_per_cycle);
-    study.frequency = range_of(usable.frequency);
-    study.sqrt_youngs_modulus =
-        regress_if_possible({"sqrt(bond_youngs_modulus)", usable.sqrt_youngs_modulus, Term::Second},
-                            predictors, significance);
-    study.bond_damping = regress_if_possible({"bond_damping", usable.bond_damping, Term::First},
-                                             predictors, significance);
-    return study;
-}
-
-namespace {
 
 /// The law's slope along a predictor at the reading.
 double slope_along(Term along, const LinearRegression& law, std::span<const Term> terms,
@@ -320,7 +256,164 @@ void square(std::optional<Prediction>& prediction, std::string& reason) {
                             prediction->upper * prediction->upper};
 }
 
+/// One usable stem: β, Y in Pa, and u = τ/Δt.
+struct Stem {
+    double damping;
+    double youngs_modulus;
+    double limit;        ///< Δt, s
+    double inverse_step; ///< u
+};
+
+std::vector<Stem> usable(const TimestepPoints& points) {
+    const std::size_t count = points.limit.size();
+    if (points.bond_youngs_modulus.size() != count || points.bond_damping.size() != count ||
+        points.bond_time.size() != count)
+        throw core::NumericalError(core::FailureKind::FitFailed,
+                                   "the points' moduli, dampings, bond times and limits differ in "
+                                   "number");
+    std::vector<Stem> stems;
+    for (std::size_t k = 0; k < count; ++k) {
+        const Stem stem{points.bond_damping[k], points.bond_youngs_modulus[k], points.limit[k],
+                        points.bond_time[k] / points.limit[k]};
+        const bool is_usable = std::isfinite(stem.damping) && stem.damping >= 0.0 &&
+                               std::isfinite(stem.youngs_modulus) && stem.youngs_modulus > 0.0 &&
+                               stem.limit > 0.0 && std::isfinite(stem.inverse_step) &&
+                               stem.inverse_step > 0.0;
+        if (is_usable)
+            stems.push_back(stem);
+    }
+    return stems;
+}
+
+/// `row(stem)` gives the regressors, `response(stem)` the right-hand side, and
+/// `fitted(coefficients, stem)` the step of the law.
+template <std::size_t N, class Row, class Response, class Fitted>
+TimestepLawOutcome fit_law(const std::vector<Stem>& stems, const std::array<std::string, N>& names,
+                           const Row& row, const Response& response, const Fitted& fitted) {
+    Eigen::MatrixXd design(static_cast<Eigen::Index>(stems.size()), static_cast<Eigen::Index>(N));
+    std::vector<double> responses;
+    for (std::size_t k = 0; k < stems.size(); ++k) {
+        const std::array<double, N> regressors = row(stems[k]);
+        for (std::size_t c = 0; c < N; ++c)
+            design(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(c)) = regressors[c];
+        responses.push_back(response(stems[k]));
+    }
+    TimestepLawOutcome outcome;
+    try {
+        TimestepLaw law{regress(design, responses, names), {}, 0.0};
+        for (const Stem& stem : stems) {
+            law.residuals.push_back(stem.limit / fitted(law.regression.coefficients, stem) - 1.0);
+            law.largest_residual = std::max(law.largest_residual, std::abs(law.residuals.back()));
+        }
+        outcome.law = std::move(law);
+    } catch (const core::NumericalError& error) {
+        outcome.reason = error.what();
+    }
+    return outcome;
+}
+
+using Coefficients = std::vector<Coefficient>;
+
+double one(const Stem&) {
+    return 1.0;
+}
+
+/// (τ/dt)² = A + B β (τ/dt), the limit of central differences for a damped oscillator, divided by
+/// u² = (τ/dt)² so that every stem's error counts relative to its step: 1 = A/u² + B β/u.
+TimestepLawOutcome fit_damped_oscillator(const std::vector<Stem>& stems) {
+    return fit_law<2>(
+        stems, {"A", "B"},
+        [](const Stem& s) {
+            return std::array{1.0 / (s.inverse_step * s.inverse_step), s.damping / s.inverse_step};
+        },
+        one,
+        [](const Coefficients& c, const Stem& s) {
+            const double linear = c[1].value * s.damping;
+            const double u = 0.5 * (linear + std::sqrt(linear * linear + 4.0 * c[0].value));
+            return s.limit * s.inverse_step / u;
+        });
+}
+
+/// dt = τ/(a + b β), the form of the authors' rule, as 1 = a/u + b β/u.
+TimestepLawOutcome fit_rule_form(const std::vector<Stem>& stems) {
+    return fit_law<2>(
+        stems, {"a", "b"},
+        [](const Stem& s) {
+            return std::array{1.0 / s.inverse_step, s.damping / s.inverse_step};
+        },
+        one,
+        [](const Coefficients& c, const Stem& s) {
+            return s.limit * s.inverse_step / (c[0].value + c[1].value * s.damping);
+        });
+}
+
+/// ln dt = ln c + p ln Y + q ln β; undamped stems have no logarithm of β.
+TimestepLawOutcome fit_power_law(std::vector<Stem> stems) {
+    std::erase_if(stems, [](const Stem& stem) { return stem.damping <= 0.0; });
+    return fit_law<3>(
+        stems, {"ln_c", "p", "q"},
+        [](const Stem& s) {
+            return std::array{1.0, std::log(s.youngs_modulus), std::log(s.damping)};
+        },
+        [](const Stem& s) { return std::log(s.limit); },
+        [](const Coefficients& c, const Stem& s) {
+            return std::exp(c[0].value + c[1].value * std::log(s.youngs_modulus) +
+                            c[2].value * std::log(s.damping));
+        });
+}
+
 } // namespace
+
+InteractionModel reduce_interaction_model(const PredictorPair& predictors,
+                                          std::span<const double> response, double significance) {
+    check_significance(significance);
+    InteractionModel model;
+    model.terms.assign(all_terms.begin(), all_terms.end());
+    model.regression = regress_on_terms(predictors, response, all_terms);
+    model.full_adjusted_r_squared = model.regression.adjusted_r_squared;
+    // Backward elimination: drop the term with the largest p-value until all are significant. A
+    // main effect stays as long as the interaction that contains it (droppable()).
+    for (int round = 0; model.terms.size() > 1; ++round) {
+        std::optional<std::size_t> weakest;
+        LinearRegression without_weakest;
+        for (const Term term : droppable(model.terms)) {
+            LinearRegression reduced =
+                regress_on_terms(predictors, response, without(model.terms, term));
+            // F = (SS_reduced − SS_full)/q over SS_full/(n − p), q = 1 term.
+            const NestedTest test = nested_f_test(reduced, model.regression);
+            model.history.push_back({term, term_name(term, predictors), test, round, false});
+            if (!weakest || test.p_value > model.history[*weakest].test.p_value) {
+                weakest = model.history.size() - 1;
+                without_weakest = std::move(reduced);
+            }
+        }
+        EliminationTest& candidate = model.history[*weakest];
+        if (candidate.test.p_value < significance)
+            break;
+        candidate.dropped = true;
+        model.terms = without(model.terms, candidate.term);
+        model.regression = std::move(without_weakest);
+    }
+    return model;
+}
+
+StudyRegression regress_study(const StudyPoints& points, double significance) {
+    check_significance(significance);
+    const UsablePoints usable = usable_points(points);
+    const PredictorPair predictors{"decay_per_cycle", "frequency", usable.decay_per_cycle,
+                                   usable.frequency};
+    StudyRegression study;
+    study.points_used = usable.frequency.size();
+    study.points_excluded = points.frequency.size() - study.points_used;
+    study.decay_per_cycle = range_of(usable.decay_per_cycle);
+    study.frequency = range_of(usable.frequency);
+    study.sqrt_youngs_modulus =
+        regress_response({"sqrt(bond_youngs_modulus)", usable.sqrt_youngs_modulus, Term::Second},
+                         predictors, significance);
+    study.bond_damping = regress_response({"bond_damping", usable.bond_damping, Term::First},
+                                          predictors, significance);
+    return study;
+}
 
 StemPrediction predict_stem(const StudyRegression& study, const StemReading& reading) {
     for (const double number :
@@ -340,6 +433,17 @@ StemPrediction predict_stem(const StudyRegression& study, const StemReading& rea
     prediction.is_inside_design = study.decay_per_cycle.contains(reading.decay_per_cycle) &&
                                   study.frequency.contains(reading.frequency);
     return prediction;
+}
+
+TimestepRegression regress_timesteps(const TimestepPoints& points) {
+    const std::vector<Stem> stems = usable(points);
+    TimestepRegression regression;
+    regression.points_used = stems.size();
+    regression.points_excluded = points.limit.size() - stems.size();
+    regression.damped_oscillator = fit_damped_oscillator(stems);
+    regression.rule_form = fit_rule_form(stems);
+    regression.power_law = fit_power_law(stems);
+    return regression;
 }
 
 } // namespace culm::reduce

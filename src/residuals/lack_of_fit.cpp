@@ -4,7 +4,6 @@
 #include "fit/solve/residual_statistics.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "reduce/distributions.hpp"
-#include "reduce/residual_tests.hpp"
 
 #include <algorithm>
 #include <cmath>

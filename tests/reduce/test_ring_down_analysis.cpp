@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
-#include "reduce/residual_tests.hpp"
+#include "reduce/distributions.hpp"
 #include "reduce/ring_down/ring_down_analysis.hpp"
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Each law of the largest stable step is recovered from data that obey it.
 #include "core/error.hpp"
-#include "reduce/timestep_regression.hpp"
+#include "reduce/study_regression.hpp"
 
 #include <cmath>
 #include <functional>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Variance between and within stems: a textbook example, coverage of the intervals, and samples
 // that do not determine it.
-#include "reduce/variance_components.hpp"
+#include "reduce/population_statistics.hpp"
 
 #include <cmath>
 #include <random>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Rank correlations are reached if they are possible and refused otherwise.
 #include "core/error.hpp"
-#include "study/design/rank_correlation.hpp"
 #include "study/design/sampling.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The spread of a study's stems from given b1 and b2: components, indices, dependent factors.
 #include "present/study/study.hpp"
-#include "study/summary/replicate_summary.hpp"
+#include "study/summary/summary.hpp"
 
 #include <cmath>
 #include <limits>

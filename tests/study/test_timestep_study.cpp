@@ -5,7 +5,7 @@
 #include "refused.hpp"
 #include "small_studies.hpp"
 #include "study/execute/execute.hpp"
-#include "study/summary/timestep_summary.hpp"
+#include "study/summary/summary.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <cmath>

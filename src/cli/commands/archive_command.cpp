@@ -5,9 +5,9 @@
 #include "cli/provenance.hpp"
 #include "present/files.hpp"
 #include "present/study/study.hpp"
-#include "study/execute/assemble.hpp"
+#include "study/execute/execute.hpp"
 #include "study/execute/folder_state.hpp"
-#include "study/summary/archive_export.hpp"
+#include "study/summary/summary.hpp"
 
 #include <functional>
 #include <memory>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/solve/residual_statistics.hpp"
 
-#include "reduce/residual_tests.hpp"
+#include "reduce/distributions.hpp"
 
 #include <algorithm>
 #include <cmath>

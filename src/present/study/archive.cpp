@@ -256,10 +256,9 @@ std::string verify_text(const FolderState& state) {
     for (const std::string& problem : state.problems)
         text += fmt::format("damaged   {}\n", problem);
     text += counts_text(state);
-    if (const auto missing = points_with(state, PointStatus::Missing); !missing.empty())
-        text += fmt::format("missing   {}\n", ranges_text(missing));
-    if (const auto failed = points_with(state, PointStatus::Failed); !failed.empty())
-        text += fmt::format("failed    {}\n", ranges_text(failed));
+    for (const PointStatus status : {PointStatus::Missing, PointStatus::Failed})
+        if (const auto points = points_with(state, status); !points.empty())
+            text += fmt::format("{:<9} {}\n", to_string(status), ranges_text(points));
     return text + unfinished_text(state) +
            fmt::format("{}\n", state.is_whole() ? "whole" : "INCOMPLETE");
 }

@@ -6,7 +6,6 @@
 #include "study/execute/folder_state.hpp"
 #include "study/execute/repetition.hpp"
 #include "study/summary/summary.hpp"
-#include "study/summary/timestep_summary.hpp"
 
 #include <cstdint>
 #include <string>

@@ -65,18 +65,6 @@ json to_json(const reduce::RegressionOutcome& outcome, const char* predictor, co
     return out;
 }
 
-json to_json(const reduce::SampleSummary& population) {
-    return {{"points", population.count},
-            {"mean", number(population.mean)},
-            {"mean_interval", bounds_json(population.mean_interval)},
-            {"standard_deviation", number(population.standard_deviation)},
-            {"standard_deviation_interval", bounds_json(population.standard_deviation_interval)},
-            {"median", number(population.median)},
-            {"central_90_percent", bounds_json(population.central_90_percent)},
-            {"lowest", number(population.lowest)},
-            {"highest", number(population.highest)}};
-}
-
 json to_json(const reduce::VarianceComponents& c) {
     json out{{"stems", c.stems},
              {"tests", c.tests},
@@ -123,7 +111,8 @@ void add_spread(json& out, const study::ReplicateSummary& summary) {
     json components = json::object();
     json sensitivity = json::object();
     for (const study::ResponseSpread& response : summary.responses) {
-        population[response.name] = to_json(response.population);
+        population[response.name] = sample_json(response.population);
+        population[response.name]["points"] = response.population.count;
         if (response.components)
             components[response.name] = to_json(*response.components);
         if (response.sensitivity)
@@ -184,19 +173,14 @@ json law_json(const reduce::TimestepLawOutcome& outcome, const char* form) {
 
 /// One fraction over all stems.
 json errors_at_json(const TimestepSummary& summary, std::size_t k) {
-    const auto count = [&](StepOutcome outcome) {
-        return std::ranges::count_if(summary.stems, [&](const TimestepStem& stem) {
-            return stem.steps[k].outcome == outcome;
-        });
-    };
     const auto of_step = [&](double StepResult::*member) {
         return spread_json(summary.stems,
                            [=](const TimestepStem& s) { return std::abs(s.steps[k].*member); });
     };
     return {{"fraction", summary.options.fractions[k]},
-            {"fitted", count(StepOutcome::Fitted)},
-            {"unstable", count(StepOutcome::Unstable)},
-            {"no_fit", count(StepOutcome::NoFit)},
+            {"fitted", summary.count(k, StepOutcome::Fitted)},
+            {"unstable", summary.count(k, StepOutcome::Unstable)},
+            {"no_fit", summary.count(k, StepOutcome::NoFit)},
             {"decay_error", of_step(&StepResult::decay_error)},
             {"frequency_error", of_step(&StepResult::frequency_error)},
             {"predicted_decay_error", of_step(&StepResult::predicted_decay_error)},
@@ -245,10 +229,18 @@ void write_files(const StudyFolder& folder, const char* names,
             fmt::format("{}: {} could not be written", folder.path().string(), names));
 }
 
-json failed_points(const std::vector<study::FailedPoint>& failed) {
-    return array_of(failed, [](const study::FailedPoint& point) -> json {
+/// The members that the summaries of all kinds of studies have.
+json run_json(const study::SummaryOfRun& run) {
+    const auto failed = [](const study::FailedPoint& point) -> json {
         return {{"point", point.point}, {"kind", point.kind}, {"reason", point.reason}};
-    });
+    };
+    json out{{"points", run.points},
+             {"failed", array_of(run.failed, failed)},
+             {"ranks", run.ranks},
+             {"wall_s", run.wall_s}};
+    if (!run.missing.empty())
+        out["missing"] = run.missing;
+    return out;
 }
 
 } // namespace
@@ -257,23 +249,18 @@ nlohmann::json to_json(const study::StudySummary& summary) {
     json work = json::object();
     for (const auto& [name, sum] : summary.work)
         work[name] = std::llround(sum);
-    json out{
-        {"points", summary.points},
-        {"completed", summary.completed},
-        {"failed", failed_points(summary.failed)},
-        {"ranks", summary.ranks},
-        {"wall_s", summary.wall_s},
-        {"integrator", {{"method", summary.integrator}, {"work", work}}},
-        {"fit",
-         {{"window_s", summary.reduce.window ? json(*summary.reduce.window) : json(nullptr)},
-          {"amplitude", summary.reduce.is_amplitude_free ? "free" : "fixed"},
-          {"significance", summary.reduce.significance}}},
-        {"regression",
-         {{"sqrt_youngs_modulus",
-           to_json(summary.regression.sqrt_youngs_modulus, "frequency", "sqrt(Pa)")},
-          {"bond_damping", to_json(summary.regression.bond_damping, "decay_per_cycle", "1")}}}};
-    if (!summary.missing.empty())
-        out["missing"] = summary.missing;
+    json out = run_json(summary);
+    out.update(
+        {{"completed", summary.completed},
+         {"integrator", {{"method", summary.integrator}, {"work", work}}},
+         {"fit",
+          {{"window_s", summary.reduce.window ? json(*summary.reduce.window) : json(nullptr)},
+           {"amplitude", summary.reduce.is_amplitude_free ? "free" : "fixed"},
+           {"significance", summary.reduce.significance}}},
+         {"regression",
+          {{"sqrt_youngs_modulus",
+            to_json(summary.regression.sqrt_youngs_modulus, "frequency", "sqrt(Pa)")},
+           {"bond_damping", to_json(summary.regression.bond_damping, "decay_per_cycle", "1")}}}});
     if (summary.replicates)
         add_spread(out, *summary.replicates);
     return out;
@@ -281,22 +268,18 @@ nlohmann::json to_json(const study::StudySummary& summary) {
 
 nlohmann::json to_json(const TimestepSummary& summary) {
     const auto& laws = summary.regression;
-    json out{{"kind", "timestep"},
-             {"points", summary.points},
-             {"completed", summary.stems.size()},
-             {"failed", failed_points(summary.failed)},
-             {"ranks", summary.ranks},
-             {"wall_s", summary.wall_s},
-             {"limits", limits_json(summary)},
-             {"regression",
-              {{"damped_oscillator",
-                law_json(laws.damped_oscillator, "(tau/dt)^2 = A + B beta (tau/dt)")},
-               {"rule_form", law_json(laws.rule_form, "dt = tau/(a + b beta)")},
-               {"power_law", law_json(laws.power_law, "ln dt = ln_c + p ln Y + q ln beta")}}},
-             {"errors", array_of_count(summary.options.fractions.size(),
-                                       [&](std::size_t k) { return errors_at_json(summary, k); })}};
-    if (!summary.missing.empty())
-        out["missing"] = summary.missing;
+    json out = run_json(summary);
+    out.update({{"kind", "timestep"},
+                {"completed", summary.stems.size()},
+                {"limits", limits_json(summary)},
+                {"regression",
+                 {{"damped_oscillator",
+                   law_json(laws.damped_oscillator, "(tau/dt)^2 = A + B beta (tau/dt)")},
+                  {"rule_form", law_json(laws.rule_form, "dt = tau/(a + b beta)")},
+                  {"power_law", law_json(laws.power_law, "ln dt = ln_c + p ln Y + q ln beta")}}},
+                {"errors", array_of_count(summary.options.fractions.size(), [&](std::size_t k) {
+                     return errors_at_json(summary, k);
+                 })}});
     if (!summary.options.fractions.empty())
         out["implicit_against_converged"] = {
             {"decay", spread_json(summary.stems,

@@ -14,8 +14,7 @@ namespace {
 
 /// The missing points, and the first ten failed ones with their reasons; empty if there are none.
 /// summary.json lists all.
-template <class Summary>
-std::string failed_points_text(const Summary& summary) {
+std::string failed_points_text(const study::SummaryOfRun& summary) {
     constexpr std::size_t listed = 10;
     const std::vector<study::FailedPoint>& failed = summary.failed;
     std::string text;
@@ -205,18 +204,14 @@ std::string errors(const study::TimestepSummary& summary) {
         "  {:>8} {:>8} {:>9} {:>11} {:>11} {:>11} {:>11}\n",
         "dt/limit", "fitted", "unstable", "b1", "b1 linear", "b2", "b2 linear");
     for (std::size_t k = 0; k < summary.options.fractions.size(); ++k) {
-        const auto count = [&](study::StepOutcome outcome) {
-            return std::ranges::count_if(summary.stems, [&](const study::TimestepStem& stem) {
-                return stem.steps[k].outcome == outcome;
-            });
-        };
-        text += fmt::format("  {:>8.4g} {:>8} {:>9} {:>11.2e} {:>11.2e} {:>11.2e} {:>11.2e}\n",
-                            summary.options.fractions[k], count(study::StepOutcome::Fitted),
-                            count(study::StepOutcome::Unstable),
-                            largest(summary, k, &study::StepResult::decay_error),
-                            largest(summary, k, &study::StepResult::predicted_decay_error),
-                            largest(summary, k, &study::StepResult::frequency_error),
-                            largest(summary, k, &study::StepResult::predicted_frequency_error));
+        text +=
+            fmt::format("  {:>8.4g} {:>8} {:>9} {:>11.2e} {:>11.2e} {:>11.2e} {:>11.2e}\n",
+                        summary.options.fractions[k], summary.count(k, study::StepOutcome::Fitted),
+                        summary.count(k, study::StepOutcome::Unstable),
+                        largest(summary, k, &study::StepResult::decay_error),
+                        largest(summary, k, &study::StepResult::predicted_decay_error),
+                        largest(summary, k, &study::StepResult::frequency_error),
+                        largest(summary, k, &study::StepResult::predicted_frequency_error));
     }
     return text;
 }

@@ -4,7 +4,6 @@
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"
 #include "reduce/distributions.hpp"
-#include "reduce/residual_tests.hpp"
 #include "reduce/ring_down/ring_down_model.hpp"
 
 #include <algorithm>
@@ -188,11 +187,6 @@ Eigen::VectorXd fitted(const RingDownSamples& samples, const Model& model) {
     if (model.has_offset)
         parameters[3] = offset;
     return model.size() == 3 ? parameters : minimised(samples, model, parameters);
-}
-
-Estimate estimate(double value, double variance, double factor) {
-    const double error = std::sqrt(std::max(variance, 0.0));
-    return {value, error, value - factor * error, value + factor * error};
 }
 
 void set_estimates(const Eigen::VectorXd& p, const Model& model, const FitCovariances& covariances,

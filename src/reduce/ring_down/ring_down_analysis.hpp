@@ -25,14 +25,6 @@ struct RingDownAnalysisOptions {
     std::optional<double> noise;
 };
 
-/// A fitted number; the interval has a coverage of 95 %.
-struct Estimate {
-    double value = 0.0;
-    double standard_error = 0.0;
-    double lower = 0.0;
-    double upper = 0.0;
-};
-
 /// Tests whether the residuals are noise. A p-value is the probability of residuals at least as
 /// extreme as these if Eq. 1 is the complete model.
 struct RingDownAdequacy {

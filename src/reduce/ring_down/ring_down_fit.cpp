@@ -140,19 +140,14 @@ void check_motion(const RingDownParameters& found, double duration,
                         found.frequency, decay, options.largest_decay_per_cycle));
 }
 
-Uncertainty uncertainty(double value, double variance, double factor) {
-    const double standard_error = std::sqrt(std::max(variance, 0.0));
-    return {standard_error, value - factor * standard_error, value + factor * standard_error};
-}
-
 void set_uncertainties(const Eigen::Matrix3d& covariance, double factor, RingDownFit& fit) {
-    fit.amplitude_uncertainty = uncertainty(fit.amplitude, covariance(0, 0), factor);
-    fit.decay_rate_uncertainty = uncertainty(fit.decay_rate, covariance(1, 1), factor);
-    fit.frequency_uncertainty = uncertainty(fit.frequency, covariance(2, 2), factor);
+    fit.amplitude_uncertainty = estimate(fit.amplitude, covariance(0, 0), factor);
+    fit.decay_rate_uncertainty = estimate(fit.decay_rate, covariance(1, 1), factor);
+    fit.frequency_uncertainty = estimate(fit.frequency, covariance(2, 2), factor);
     // Propagated to first order through b1/b2, with the covariance of both.
     const Eigen::Vector3d gradient(0.0, 1.0 / fit.frequency, -fit.decay_per_cycle / fit.frequency);
     fit.decay_per_cycle_uncertainty =
-        uncertainty(fit.decay_per_cycle, gradient.dot(covariance * gradient), factor);
+        estimate(fit.decay_per_cycle, gradient.dot(covariance * gradient), factor);
 }
 
 double sum_of_squares_about_mean(const std::vector<double>& values) {
@@ -165,6 +160,11 @@ double sum_of_squares_about_mean(const std::vector<double>& values) {
 }
 
 } // namespace
+
+Estimate estimate(double value, double variance, double factor) {
+    const double error = std::sqrt(std::max(variance, 0.0));
+    return {value, error, value - factor * error, value + factor * error};
+}
 
 RingDownFit fit_ring_down(std::span<const double> times, std::span<const double> deflections,
                           const RingDownFitOptions& options) {

@@ -21,13 +21,16 @@ struct RingDownFitOptions {
     double largest_decay_per_cycle = 2.0 * std::numbers::pi;
 };
 
-/// Uncertainty of a fitted number. The interval has a coverage of 95 % if the residuals are
-/// independent and of one variance; it is only indicative where Eq. 1 itself is inaccurate.
-struct Uncertainty {
+/// A fitted number; the interval has a coverage of 95 %.
+struct Estimate {
+    double value = 0.0;
     double standard_error = 0.0;
     double lower = 0.0;
     double upper = 0.0;
 };
+
+/// With an interval of `factor` standard errors to either side; a negative variance counts as zero.
+[[nodiscard]] Estimate estimate(double value, double variance, double factor);
 
 /// y(t) = deflection_scale · amplitude · exp(decay_rate t) · cos(2π frequency t).
 struct RingDownFit {
@@ -38,10 +41,12 @@ struct RingDownFit {
     double decay_per_cycle = 0.0; ///< b1/b2: the paper's b1 in normalised time; −2πζ for small ζ
     double deflection_scale = 0.0; ///< largest absolute deflection among the samples used, m
 
-    Uncertainty amplitude_uncertainty; ///< of width zero if b0 was fixed
-    Uncertainty decay_rate_uncertainty;
-    Uncertainty frequency_uncertainty;
-    Uncertainty decay_per_cycle_uncertainty; ///< from the full covariance of b1 and b2
+    // The intervals assume residuals that are independent and of one variance; they are only
+    // indicative where Eq. 1 itself is inaccurate.
+    Estimate amplitude_uncertainty; ///< of width zero if b0 was fixed
+    Estimate decay_rate_uncertainty;
+    Estimate frequency_uncertainty;
+    Estimate decay_per_cycle_uncertainty; ///< from the full covariance of b1 and b2
 
     double rms_residual = 0.0; ///< root of the mean squared residual, in units of deflection_scale
     double r_squared = 0.0;    ///< share of the variance about the mean that is explained

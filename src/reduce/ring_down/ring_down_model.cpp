@@ -30,50 +30,6 @@ double equal_interval(const Eigen::ArrayXd& times) {
     return interval;
 }
 
-} // namespace
-
-RingDownBasis::RingDownBasis(std::span<const double> times)
-    : times_(
-          Eigen::Map<const Eigen::ArrayXd>(times.data(), static_cast<Eigen::Index>(times.size()))),
-      interval_(equal_interval(times_)), in_phase_(times_.size()), quadrature_(times_.size()) {}
-
-void RingDownBasis::evaluate(double decay_rate, double frequency) {
-    const double angular_frequency = 2.0 * std::numbers::pi * frequency;
-    if (interval_ > 0.0) {
-        evaluate_blockwise(decay_rate, angular_frequency);
-        return;
-    }
-    for (Eigen::Index i = 0; i < times_.size(); ++i) {
-        const double envelope = std::exp(decay_rate * times_[i]);
-        const double phase = angular_frequency * times_[i];
-        in_phase_[i] = envelope * std::cos(phase);
-        quadrature_[i] = envelope * std::sin(phase);
-    }
-}
-
-void RingDownBasis::evaluate_blockwise(double decay_rate, double angular_frequency) {
-    const Eigen::Index samples = times_.size();
-    // Within the first block, relative to its first sample.
-    Eigen::Array<double, phasor_block, 1> cosine;
-    Eigen::Array<double, phasor_block, 1> sine;
-    for (Eigen::Index j = 0; j < phasor_block; ++j) {
-        const double time = static_cast<double>(j) * interval_;
-        const double envelope = std::exp(decay_rate * time);
-        cosine[j] = envelope * std::cos(angular_frequency * time);
-        sine[j] = envelope * std::sin(angular_frequency * time);
-    }
-    for (Eigen::Index first = 0; first < samples; first += phasor_block) {
-        const Eigen::Index count = std::min(phasor_block, samples - first);
-        const double envelope = std::exp(decay_rate * times_[first]);
-        const double c = envelope * std::cos(angular_frequency * times_[first]);
-        const double s = envelope * std::sin(angular_frequency * times_[first]);
-        in_phase_.segment(first, count) = c * cosine.head(count) - s * sine.head(count);
-        quadrature_.segment(first, count) = s * cosine.head(count) + c * sine.head(count);
-    }
-}
-
-namespace {
-
 /// A fixed amplitude: its equation becomes "step = 0".
 void fix_amplitude(Eigen::Vector3d& gradient, Eigen::Matrix3d& matrix) {
     gradient[0] = 0.0;
@@ -81,45 +37,6 @@ void fix_amplitude(Eigen::Vector3d& gradient, Eigen::Matrix3d& matrix) {
     matrix.col(0).setZero();
     matrix(0, 0) = 1.0;
 }
-
-} // namespace
-
-RingDownCurvature curvature(RingDownLinearisation& model, const RingDownParameters& at,
-                            bool amplitude_is_free) {
-    model.evaluate_residuals(at);
-    model.evaluate_jacobian(at);
-    const Eigen::ArrayXd& residuals = model.residuals();
-    const Eigen::ArrayXd& times = model.basis().times();
-    RingDownCurvature sum;
-    sum.residual_sum_of_squares = residuals.square().sum();
-    sum.gradient = model.jacobian().transpose() * residuals.matrix();
-    sum.gauss_newton = model.gram_matrix();
-    // The Hessian of ½ Σ r² is JᵀJ + Σ r ∂²y/∂p_i ∂p_j, and with c = e^(b1 t) cos(2π b2 t) and
-    // s = e^(b1 t) sin(2π b2 t) the second derivatives of y = b0 c by (b0, b1, b2) are
-    //   0      t c      −2π t s
-    //   t c    b0 t² c  −2π b0 t² s
-    //   −2π t s  −2π b0 t² s  −(2π)² b0 t² c.
-    const double in_phase = (residuals * times * model.basis().in_phase()).sum();
-    const double quadrature = (residuals * times * model.basis().quadrature()).sum();
-    const double square_in_phase = (residuals * times.square() * model.basis().in_phase()).sum();
-    const double square_quadrature =
-        (residuals * times.square() * model.basis().quadrature()).sum();
-    Eigen::Matrix3d second;
-    second(0, 0) = 0.0;
-    second(0, 1) = second(1, 0) = in_phase;
-    second(0, 2) = second(2, 0) = -two_pi * quadrature;
-    second(1, 1) = at.amplitude * square_in_phase;
-    second(1, 2) = second(2, 1) = -two_pi * at.amplitude * square_quadrature;
-    second(2, 2) = -two_pi * two_pi * at.amplitude * square_in_phase;
-    sum.newton = sum.gauss_newton + second;
-    if (!amplitude_is_free) {
-        fix_amplitude(sum.gradient, sum.gauss_newton);
-        fix_amplitude(sum.gradient, sum.newton);
-    }
-    return sum;
-}
-
-namespace {
 
 /// The Newton step, or the Gauss-Newton step where the Hessian is not positive definite.
 Eigen::Vector3d minimising_step(const RingDownCurvature& at) {
@@ -182,6 +99,81 @@ class ScaledResiduals {
 };
 
 } // namespace
+
+RingDownBasis::RingDownBasis(std::span<const double> times)
+    : times_(
+          Eigen::Map<const Eigen::ArrayXd>(times.data(), static_cast<Eigen::Index>(times.size()))),
+      interval_(equal_interval(times_)), in_phase_(times_.size()), quadrature_(times_.size()) {}
+
+void RingDownBasis::evaluate(double decay_rate, double frequency) {
+    const double angular_frequency = 2.0 * std::numbers::pi * frequency;
+    if (interval_ > 0.0) {
+        evaluate_blockwise(decay_rate, angular_frequency);
+        return;
+    }
+    for (Eigen::Index i = 0; i < times_.size(); ++i) {
+        const double envelope = std::exp(decay_rate * times_[i]);
+        const double phase = angular_frequency * times_[i];
+        in_phase_[i] = envelope * std::cos(phase);
+        quadrature_[i] = envelope * std::sin(phase);
+    }
+}
+
+void RingDownBasis::evaluate_blockwise(double decay_rate, double angular_frequency) {
+    const Eigen::Index samples = times_.size();
+    // Within the first block, relative to its first sample.
+    Eigen::Array<double, phasor_block, 1> cosine;
+    Eigen::Array<double, phasor_block, 1> sine;
+    for (Eigen::Index j = 0; j < phasor_block; ++j) {
+        const double time = static_cast<double>(j) * interval_;
+        const double envelope = std::exp(decay_rate * time);
+        cosine[j] = envelope * std::cos(angular_frequency * time);
+        sine[j] = envelope * std::sin(angular_frequency * time);
+    }
+    for (Eigen::Index first = 0; first < samples; first += phasor_block) {
+        const Eigen::Index count = std::min(phasor_block, samples - first);
+        const double envelope = std::exp(decay_rate * times_[first]);
+        const double c = envelope * std::cos(angular_frequency * times_[first]);
+        const double s = envelope * std::sin(angular_frequency * times_[first]);
+        in_phase_.segment(first, count) = c * cosine.head(count) - s * sine.head(count);
+        quadrature_.segment(first, count) = s * cosine.head(count) + c * sine.head(count);
+    }
+}
+
+RingDownCurvature curvature(RingDownLinearisation& model, const RingDownParameters& at,
+                            bool amplitude_is_free) {
+    model.evaluate_residuals(at);
+    model.evaluate_jacobian(at);
+    const Eigen::ArrayXd& residuals = model.residuals();
+    const Eigen::ArrayXd& times = model.basis().times();
+    RingDownCurvature sum;
+    sum.residual_sum_of_squares = residuals.square().sum();
+    sum.gradient = model.jacobian().transpose() * residuals.matrix();
+    sum.gauss_newton = model.gram_matrix();
+    // The Hessian of ½ Σ r² is JᵀJ + Σ r ∂²y/∂p_i ∂p_j, and with c = e^(b1 t) cos(2π b2 t) and
+    // s = e^(b1 t) sin(2π b2 t) the second derivatives of y = b0 c by (b0, b1, b2) are
+    //   0      t c      −2π t s
+    //   t c    b0 t² c  −2π b0 t² s
+    //   −2π t s  −2π b0 t² s  −(2π)² b0 t² c.
+    const double in_phase = (residuals * times * model.basis().in_phase()).sum();
+    const double quadrature = (residuals * times * model.basis().quadrature()).sum();
+    const double square_in_phase = (residuals * times.square() * model.basis().in_phase()).sum();
+    const double square_quadrature =
+        (residuals * times.square() * model.basis().quadrature()).sum();
+    Eigen::Matrix3d second;
+    second(0, 0) = 0.0;
+    second(0, 1) = second(1, 0) = in_phase;
+    second(0, 2) = second(2, 0) = -two_pi * quadrature;
+    second(1, 1) = at.amplitude * square_in_phase;
+    second(1, 2) = second(2, 1) = -two_pi * at.amplitude * square_quadrature;
+    second(2, 2) = -two_pi * two_pi * at.amplitude * square_in_phase;
+    sum.newton = sum.gauss_newton + second;
+    if (!amplitude_is_free) {
+        fix_amplitude(sum.gradient, sum.gauss_newton);
+        fix_amplitude(sum.gradient, sum.newton);
+    }
+    return sum;
+}
 
 std::optional<RefinedRingDown> refine_ring_down(const RingDownSamples& samples,
                                                 const RingDownParameters& start,

@@ -50,37 +50,18 @@ struct Peak {
     double separation = 0.0; // peaks nearer than this in frequency are the same one
 };
 
-/// Spectra of two real sequences packed as the real and imaginary part of one. Transforms of one
-/// length share their tables.
-class PackedSpectrum {
-  public:
-    using Sequence = std::vector<std::complex<double>>;
-
-    /// Transforms history times envelope e^(-rate t), and the squared envelope at the samples.
-    const Sequence& transform(const BinnedHistory& history, double rate, std::size_t length) {
-        packed_.assign(std::bit_ceil(std::max<std::size_t>(4 * length, 64)), {});
-        for (std::size_t k = 0; k < length; ++k) {
-            const double envelope = std::exp(-rate * static_cast<double>(k) * history.width);
-            packed_[k] = {history.sum[k] * envelope, history.count[k] * envelope * envelope};
-        }
-        transform_.fwd(spectrum_, packed_);
-        return spectrum_;
-    }
-
-  private:
-    Sequence packed_;
-    Sequence spectrum_;
-    Eigen::FFT<double> transform_;
-};
+/// Two real sequences, or their spectra, packed as the real and imaginary part of one.
+using Packed = std::vector<std::complex<double>>;
 
 /// Sums of squares explained by the trials at the frequencies k = 0 … half the size of a spectrum.
 class Explained {
   public:
     /// The size of the spectrum is a power of two.
-    void evaluate(const PackedSpectrum::Sequence& spectrum) {
+    void evaluate(const Packed& spectrum) {
         const std::size_t size = spectrum.size();
         const std::size_t half = size / 2;
-        resize(half + 1);
+        for (std::vector<double>* list : {&correlation_, &cosine_, &norm_, &sum_of_squares_})
+            list->resize(half + 1);
         correlation_[0] = spectrum[0].real();
         cosine_[0] = spectrum[0].imag();
         for (std::size_t k = 1; k <= half; ++k) {
@@ -105,11 +86,6 @@ class Explained {
     [[nodiscard]] double amplitude(std::size_t k) const { return correlation_[k] / norm_[k]; }
 
   private:
-    void resize(std::size_t size) {
-        for (std::vector<double>* list : {&correlation_, &cosine_, &norm_, &sum_of_squares_})
-            list->resize(size);
-    }
-
     std::vector<double> correlation_;
     std::vector<double> cosine_;
     std::vector<double> norm_;
@@ -129,11 +105,11 @@ class Scan {
         const double reach = rate > 0.0 ? 6.0 / (rate * history_.width) : 1e9;
         const std::size_t length =
             std::min(history_.sum.size(), static_cast<std::size_t>(std::ceil(reach)) + 2);
-        const auto& spectrum = spectrum_.transform(history_, rate, length);
-        explained_.evaluate(spectrum);
+        transform(rate, length);
+        explained_.evaluate(spectrum_);
         const double separation = 0.5 / (static_cast<double>(length) * history_.width);
-        const double step = 1.0 / (static_cast<double>(spectrum.size()) * history_.width);
-        const std::size_t last = spectrum.size() / 2;
+        const double step = 1.0 / (static_cast<double>(spectrum_.size()) * history_.width);
+        const std::size_t last = spectrum_.size() / 2;
         for (std::size_t k = 1; k <= last; ++k) {
             const double explained = explained_.sum_of_squares(k);
             if (!(explained > 0.0 && explained >= worthwhile_share * best_))
@@ -155,9 +131,21 @@ class Scan {
     }
 
   private:
+    /// Transforms history times envelope e^(-rate t), and the squared envelope at the samples.
+    void transform(double rate, std::size_t length) {
+        packed_.assign(std::bit_ceil(std::max<std::size_t>(4 * length, 64)), {});
+        for (std::size_t k = 0; k < length; ++k) {
+            const double envelope = std::exp(-rate * static_cast<double>(k) * history_.width);
+            packed_[k] = {history_.sum[k] * envelope, history_.count[k] * envelope * envelope};
+        }
+        transform_.fwd(spectrum_, packed_);
+    }
+
     const BinnedHistory& history_;
     double largest_decay_per_cycle_;
-    PackedSpectrum spectrum_;
+    Packed packed_;
+    Packed spectrum_;
+    Eigen::FFT<double> transform_; // transforms of one length share its tables
     Explained explained_;
     std::vector<Peak> peaks_;
     double best_ = 0.0;

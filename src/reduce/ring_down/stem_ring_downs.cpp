@@ -42,18 +42,27 @@ std::optional<Estimate> weighted_mean(const std::vector<Estimate>& estimates) {
     return Estimate{mean, error, mean - factor * error, mean + factor * error};
 }
 
-/// The slope of b1 over height. One mode of a linear stem has the same b1 at every height.
-std::optional<LineFit> banding_of(const StemRingDowns& stem) {
+/// Relative heights and b1 per cycle of fitted heights, with the inverse variances as weights.
+struct DecaysOverHeight {
     std::vector<double> places;
     std::vector<double> decays;
     std::vector<double> weights;
-    for (const HeightRingDown& height : stem.heights)
-        if (height.fit) {
-            places.push_back(height.height / stem.length);
-            decays.push_back(height.fit->decay_per_cycle.value);
-            weights.push_back(std::pow(height.fit->decay_per_cycle.standard_error, -2));
-        }
-    const LineFit line = fit_line(places, decays, weights);
+
+    void add(const StemRingDowns& stem) {
+        for (const HeightRingDown& height : stem.heights)
+            if (height.fit) {
+                places.push_back(height.height / stem.length);
+                decays.push_back(height.fit->decay_per_cycle.value);
+                weights.push_back(std::pow(height.fit->decay_per_cycle.standard_error, -2));
+            }
+    }
+};
+
+/// The slope of b1 over height. One mode of a linear stem has the same b1 at every height.
+std::optional<LineFit> banding_of(const StemRingDowns& stem) {
+    DecaysOverHeight found;
+    found.add(stem);
+    const LineFit line = fit_line(found.places, found.decays, found.weights);
     return line.count > 0 ? std::optional(line) : std::nullopt;
 }
 
@@ -97,15 +106,10 @@ void adjust_banding(std::vector<StemRingDowns>& stems, PopulationSummary& summar
 }
 
 LineFit pooled_decay_against_height(const std::vector<StemRingDowns>& stems) {
-    std::vector<double> places;
-    std::vector<double> decays;
+    DecaysOverHeight found;
     for (const StemRingDowns& stem : stems)
-        for (const HeightRingDown& height : stem.heights)
-            if (height.fit) {
-                places.push_back(height.height / stem.length);
-                decays.push_back(height.fit->decay_per_cycle.value);
-            }
-    return places.empty() ? LineFit{} : fit_line(places, decays);
+        found.add(stem);
+    return found.places.empty() ? LineFit{} : fit_line(found.places, found.decays);
 }
 
 } // namespace

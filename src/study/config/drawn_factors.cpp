@@ -4,7 +4,6 @@
 #include "core/error.hpp"
 #include "measure/folder/delimited_text.hpp"
 #include "study/config/keys.hpp"
-#include "study/config/reader.hpp"
 #include "study/config/sections.hpp"
 
 #include <algorithm>
@@ -70,47 +69,6 @@ std::size_t place_of(const measure::DelimitedLine& header, const ColumnRequest& 
         "{}:{}: no column {}{}; there are {}", request.file, header.number, request.column,
         did_you_mean(request.column, header.cells), fmt::join(header.cells, ", ")));
 }
-
-} // namespace
-
-std::vector<double> measured_values(std::string_view text, const ColumnRequest& request,
-                                    const Parameter& parameter) {
-    if (constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-        text.starts_with(byte_order_mark))
-        text.remove_prefix(byte_order_mark.size());
-    const auto lines = measure::split_table(text, delimiter_of(text));
-    if (lines.empty())
-        throw core::InputError(fmt::format("{}: the table is empty", request.file));
-    const std::size_t place = place_of(lines.front(), request);
-    const Unit unit = unit_of(request, parameter);
-    std::vector<double> values;
-    for (std::size_t row = 1; row < lines.size(); ++row) {
-        const auto refuse = [&](const std::string& cell, const std::string& reason) {
-            throw core::InputError(fmt::format("{}:{}: {} = {}: {}", request.file,
-                                               lines[row].number, request.column, cell, reason));
-        };
-        const auto& cells = lines[row].cells;
-        const std::string cell = place < cells.size() ? cells[place] : std::string();
-        // A stem with a missing value cannot be drawn as a whole.
-        if (cell.empty() && request.keeps_rows)
-            refuse("(empty)", "rows = \"together\" needs every cell");
-        if (cell.empty())
-            continue;
-        const auto value = core::parse_decimal(cell, unit.power_of_ten);
-        if (!value)
-            refuse(cell, measure::why_not_a_number(cell));
-        if (!parameter.range.contains(parameter.unit.from_si(*value)))
-            refuse(cell, fmt::format("{} must be in {}{}{}", parameter.key, parameter.range.text(),
-                                     parameter.unit.name.empty() ? "" : " ", parameter.unit.name));
-        values.push_back(*value);
-    }
-    if (values.empty())
-        throw core::InputError(
-            fmt::format("{}: column {} holds no number", request.file, request.column));
-    return values;
-}
-
-namespace {
 
 // A smaller share of the unconfined distribution within [min, max] indicates a wrong limit.
 constexpr double smallest_kept_probability = 1e-3;
@@ -211,35 +169,6 @@ std::optional<WithinStemScatter> read_scatter(const FactorTable& table) {
     return WithinStemScatter{unit.to_si(*sd), unit.to_si(lowest), unit.to_si(highest)};
 }
 
-} // namespace
-
-std::optional<Factor> read_distribution(const FactorTable& table) {
-    const std::size_t errors_before = table.context.errors.count();
-    table.refuse(range_keys, "only for a range, without distribution");
-    const auto kind = table.reader.word("distribution");
-    if (!kind)
-        return std::nullopt;
-    if (table.parameter.is_whole_number)
-        table.reader.error("distribution", "whole numbers take a list or a range");
-    std::optional<Factor> factor;
-    if (*kind == "empirical")
-        factor = read_empirical(table);
-    else if (auto distribution = read_formula(table, *kind))
-        factor = Factor{&table.parameter, std::move(*distribution), true};
-    const bool is_per_test = table.reader.word("level").value_or("stem") == "test";
-    const auto within_stem = read_scatter(table);
-    if (is_per_test && table.reader.has("within_sd"))
-        table.reader.error("within_sd", "not with level = \"test\": the tests of a stem have no "
-                                        "value of the stem to scatter about");
-    if (!factor || table.context.errors.count() != errors_before)
-        return std::nullopt;
-    factor->is_per_test = is_per_test;
-    factor->within_stem = within_stem;
-    return factor;
-}
-
-namespace {
-
 /// Indices of the factors named; nothing with the errors recorded.
 std::optional<std::vector<std::size_t>>
 read_members(const TableReader& reader, const toml::node& node, const StudyConfig& config) {
@@ -322,6 +251,68 @@ std::optional<std::vector<double>> read_matrix(const TableReader& reader, const 
 }
 
 } // namespace
+
+std::vector<double> measured_values(std::string_view text, const ColumnRequest& request,
+                                    const Parameter& parameter) {
+    if (constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+        text.starts_with(byte_order_mark))
+        text.remove_prefix(byte_order_mark.size());
+    const auto lines = measure::split_table(text, delimiter_of(text));
+    if (lines.empty())
+        throw core::InputError(fmt::format("{}: the table is empty", request.file));
+    const std::size_t place = place_of(lines.front(), request);
+    const Unit unit = unit_of(request, parameter);
+    std::vector<double> values;
+    for (std::size_t row = 1; row < lines.size(); ++row) {
+        const auto refuse = [&](const std::string& cell, const std::string& reason) {
+            throw core::InputError(fmt::format("{}:{}: {} = {}: {}", request.file,
+                                               lines[row].number, request.column, cell, reason));
+        };
+        const auto& cells = lines[row].cells;
+        const std::string cell = place < cells.size() ? cells[place] : std::string();
+        // A stem with a missing value cannot be drawn as a whole.
+        if (cell.empty() && request.keeps_rows)
+            refuse("(empty)", "rows = \"together\" needs every cell");
+        if (cell.empty())
+            continue;
+        const auto value = core::parse_decimal(cell, unit.power_of_ten);
+        if (!value)
+            refuse(cell, measure::why_not_a_number(cell));
+        if (!parameter.range.contains(parameter.unit.from_si(*value)))
+            refuse(cell, fmt::format("{} must be in {}{}{}", parameter.key, parameter.range.text(),
+                                     parameter.unit.name.empty() ? "" : " ", parameter.unit.name));
+        values.push_back(*value);
+    }
+    if (values.empty())
+        throw core::InputError(
+            fmt::format("{}: column {} holds no number", request.file, request.column));
+    return values;
+}
+
+std::optional<Factor> read_distribution(const FactorTable& table) {
+    const std::size_t errors_before = table.context.errors.count();
+    table.refuse(range_keys, "only for a range, without distribution");
+    const auto kind = table.reader.word("distribution");
+    if (!kind)
+        return std::nullopt;
+    if (table.parameter.is_whole_number)
+        table.reader.error("distribution", "whole numbers take a list or a range");
+    std::optional<Factor> factor;
+    if (*kind == "empirical")
+        factor = read_empirical(table);
+    else if (auto distribution = read_formula(table, *kind))
+        factor = Factor{&table.parameter, std::move(*distribution), true};
+    const bool is_per_test = table.reader.word("level").value_or("stem") == "test";
+    const auto within_stem = read_scatter(table);
+    if (is_per_test && table.reader.has("within_sd"))
+        table.reader.error("within_sd", "not with level = \"test\": the tests of a stem have no "
+                                        "value of the stem to scatter about");
+    if (!factor || table.context.errors.count() != errors_before)
+        return std::nullopt;
+    factor->is_per_test = is_per_test;
+    factor->within_stem = within_stem;
+    return factor;
+}
 
 void read_correlation(ConfigContext& context) {
     const toml::table* table = context.section("correlation");

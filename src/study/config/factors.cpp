@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Factors that take levels: lists, ranges, the points of a list.
 #include "study/config/keys.hpp"
-#include "study/config/reader.hpp"
 #include "study/config/sections.hpp"
 #include "study/design/design.hpp"
 

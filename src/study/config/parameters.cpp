@@ -32,30 +32,6 @@ constexpr std::array known_units{
     metre_per_second_squared,
 };
 
-} // namespace
-
-double Unit::to_si(double value) const {
-    return core::with_point_moved(value, power_of_ten);
-}
-
-double Unit::from_si(double value) const {
-    return core::with_point_moved(value, -power_of_ten);
-}
-
-KeyParts split_key(std::string_view key) {
-    KeyParts parts{key, std::nullopt};
-    for (const Unit& unit : known_units) {
-        // The longest ending wins: "_kg_m3" also ends with "_m3".
-        const bool longer = !parts.unit || unit.suffix.size() > parts.unit->suffix.size();
-        if (longer && key.size() > unit.suffix.size() + 1 && key.ends_with(unit.suffix) &&
-            key[key.size() - unit.suffix.size() - 1] == '_')
-            parts = {key.substr(0, key.size() - unit.suffix.size() - 1), unit};
-    }
-    return parts;
-}
-
-namespace {
-
 using run::CaseSpec;
 
 void set_sphere_diameter(CaseSpec& spec, double diameter) {
@@ -168,7 +144,40 @@ std::size_t index_of(const Parameter& parameter) {
     return static_cast<std::size_t>(&parameter - parameter_rows.data());
 }
 
+// An error points at the first of these keys that the file gives, so the likeliest comes first.
+constexpr std::array<std::string_view, 4> section_keys{"bond_inner_diameter_mm", "bond_wall_mm",
+                                                       "bond_diameter_mm", "sphere_diameter_mm"};
+constexpr std::array<std::string_view, 5> deflection_keys{
+    "tip_deflection_mm", "length_mm", "bond_length_mm", "sphere_diameter_mm", "spheres"};
+constexpr std::array<std::string_view, 5> height_keys{"heights_mm", "length_mm", "bond_length_mm",
+                                                      "sphere_diameter_mm", "spheres"};
+
+/// Millimetres with as many digits as a message needs.
+std::string mm(double metres) {
+    return fmt::format("{:.6g}", millimetre.from_si(metres));
+}
+
 } // namespace
+
+double Unit::to_si(double value) const {
+    return core::with_point_moved(value, power_of_ten);
+}
+
+double Unit::from_si(double value) const {
+    return core::with_point_moved(value, -power_of_ten);
+}
+
+KeyParts split_key(std::string_view key) {
+    KeyParts parts{key, std::nullopt};
+    for (const Unit& unit : known_units) {
+        // The longest ending wins: "_kg_m3" also ends with "_m3".
+        const bool longer = !parts.unit || unit.suffix.size() > parts.unit->suffix.size();
+        if (longer && key.size() > unit.suffix.size() + 1 && key.ends_with(unit.suffix) &&
+            key[key.size() - unit.suffix.size() - 1] == '_')
+            parts = {key.substr(0, key.size() - unit.suffix.size() - 1), unit};
+    }
+    return parts;
+}
 
 std::span<const Parameter, parameter_count> parameters() {
     return parameter_rows;
@@ -216,6 +225,31 @@ void ParameterValues::apply_to(run::CaseSpec& spec) const {
         set_wall_density(spec, *density);
     for (const auto& [place, value] : of_effects_)
         spec.effects.at(place.effect).values.at(place.value) = value;
+}
+
+std::vector<Violation> violations_of(const CaseSpec& spec) {
+    std::vector<Violation> found;
+    const double inner = spec.stem.bond_inner_diameter;
+    const double outer = spec.stem.bond_outer_diameter;
+    const double length = spec.stem.free_length();
+    if (inner < 0.0)
+        found.push_back(
+            {section_keys, "stem.bond_wall_mm", mm(0.5 * (outer - inner)),
+             fmt::format("must be at most half of the bond diameter, {} mm", mm(outer))});
+    else if (inner >= outer)
+        found.push_back({section_keys, "stem.bond_inner_diameter_mm", mm(inner),
+                         fmt::format("must be smaller than the bond diameter, {} mm", mm(outer))});
+    if (!(spec.tip_deflection < length))
+        found.push_back(
+            {deflection_keys, "release.tip_deflection_mm", mm(spec.tip_deflection),
+             fmt::format("must be smaller than the stem's free length, {} mm", mm(length))});
+    const auto above = std::ranges::find_if(spec.heights, [&](double height) {
+        return height > length * (1.0 + 1e-12); // allows for rounding of the tip's height
+    });
+    if (above != spec.heights.end())
+        found.push_back({height_keys, "study.heights_mm", mm(*above),
+                         fmt::format("must not exceed the stem's free length, {} mm", mm(length))});
+    return found;
 }
 
 } // namespace culm::study

@@ -129,4 +129,15 @@ class ParameterValues {
     std::vector<std::pair<EffectPlace, double>> of_effects_;
 };
 
+/// A broken constraint between the parameters of one case, in the words of the config file.
+struct Violation {
+    std::span<const std::string_view> keys; ///< that influence it, the likeliest first
+    std::string key;     ///< to blame, with its section, for example "release.tip_deflection_mm"
+    std::string value;   ///< in the key's unit
+    std::string allowed; ///< what it must be
+};
+
+/// The constraints that a case breaks, in addition to the range of each parameter.
+[[nodiscard]] std::vector<Violation> violations_of(const run::CaseSpec& spec);
+
 } // namespace culm::study

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "study/config/reader.hpp"
-
 #include "study/config/keys.hpp"
+#include "study/config/sections.hpp"
 
 #include <algorithm>
 #include <iterator>

@@ -4,9 +4,7 @@
 
 #include "core/error.hpp"
 #include "core/user_files.hpp"
-#include "study/config/case_constraints.hpp"
 #include "study/config/keys.hpp"
-#include "study/config/reader.hpp"
 #include "study/config/study_config.hpp"
 #include "study/config/study_effects.hpp"
 
@@ -55,7 +53,7 @@ void read_heights(const TableReader& reader, ConfigContext& context) {
         reader.error("heights_mm", "store = \"heights\" needs it");
     if (!heights)
         return;
-    // Heights must not exceed the stem (case_constraints.cpp), which may be known only later: the
+    // Heights must not exceed the stem (violations_of), which may be known only later: the
     // error then needs this line.
     context.note_given("heights_mm", {"study", reader.line("heights_mm")});
     if (store != run::StoreLevel::Heights && store != run::StoreLevel::Full)
@@ -365,22 +363,21 @@ bool check_exclusive_keys(const ConfigContext& context) {
 
 /// Checks the constraints that no factor influences; plan.hpp checks the others.
 void check_base(const ConfigContext& context) {
-    for (const CaseConstraint& constraint : case_constraints()) {
+    for (const Violation& violation : violations_of(context.config.base)) {
         const auto place_of = [&](std::string_view key) { return context.places.find(key); };
-        const bool is_varied = std::ranges::any_of(constraint.keys, [&](std::string_view key) {
+        const bool is_varied = std::ranges::any_of(violation.keys, [&](std::string_view key) {
             const auto place = place_of(key);
             return place != context.places.end() &&
                    (place->second.section == "factors" || place->second.section == "design.point");
         });
-        const auto violation = constraint.violation(context.config.base);
-        if (is_varied || !violation)
+        if (is_varied)
             continue;
-        const auto given = std::ranges::find_if(constraint.keys, [&](std::string_view key) {
+        const auto given = std::ranges::find_if(violation.keys, [&](std::string_view key) {
             return place_of(key) != context.places.end();
         });
         // A constraint may be broken by defaults alone; then no key of the file is to blame.
-        const std::size_t line = given != constraint.keys.end() ? place_of(*given)->second.line : 1;
-        context.errors.add(line, violation->key, violation->value, violation->allowed);
+        const std::size_t line = given != violation.keys.end() ? place_of(*given)->second.line : 1;
+        context.errors.add(line, violation.key, violation.value, violation.allowed);
     }
 }
 

@@ -6,7 +6,6 @@
 #include "study/config/parameters.hpp"
 #include "study/config/study_effects.hpp"
 #include "study/design/factor.hpp"
-#include "study/design/rank_correlation.hpp"
 #include "study/design/sampling.hpp"
 
 #include <array>

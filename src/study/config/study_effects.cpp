@@ -100,6 +100,23 @@ physics::UserEffectText read_text(const TomlTable& table, const FileFaults& faul
     return text;
 }
 
+std::shared_ptr<const EffectParameterRow> row_of(const physics::Effect& effect,
+                                                 const physics::EffectParameter& parameter,
+                                                 EffectPlace place) {
+    // Shared and never moved: Parameter refers to the texts of its row, factors to the Parameter.
+    auto row = std::make_shared<EffectParameterRow>();
+    row->key = effect.name() + "." + parameter.name;
+    row->unit = parameter.unit;
+    row->meaning = parameter.meaning;
+    row->parameter.key = row->key;
+    row->parameter.section = "effects";
+    row->parameter.unit = {row->unit, "", Dimension::None};
+    row->parameter.range = {parameter.lower, parameter.upper};
+    row->parameter.meaning = row->meaning;
+    row->parameter.effect = place;
+    return row;
+}
+
 } // namespace
 
 physics::EffectPointer read_effect_file(const std::filesystem::path& file) {
@@ -129,27 +146,6 @@ std::vector<physics::SelectedEffect> effects_from(std::string_view text) {
     return physics::parse_effects(text,
                                   [](const std::string& file) { return read_effect_file(file); });
 }
-
-namespace {
-
-std::shared_ptr<const EffectParameterRow> row_of(const physics::Effect& effect,
-                                                 const physics::EffectParameter& parameter,
-                                                 EffectPlace place) {
-    // Shared and never moved: Parameter refers to the texts of its row, factors to the Parameter.
-    auto row = std::make_shared<EffectParameterRow>();
-    row->key = effect.name() + "." + parameter.name;
-    row->unit = parameter.unit;
-    row->meaning = parameter.meaning;
-    row->parameter.key = row->key;
-    row->parameter.section = "effects";
-    row->parameter.unit = {row->unit, "", Dimension::None};
-    row->parameter.range = {parameter.lower, parameter.upper};
-    row->parameter.meaning = row->meaning;
-    row->parameter.effect = place;
-    return row;
-}
-
-} // namespace
 
 StudyEffects::StudyEffects(std::vector<physics::SelectedEffect> selected)
     : selected_(std::move(selected)) {

@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "study/execute/assemble.hpp"
-
 #include "archive/journal/read.hpp"
 #include "archive/study/file.hpp"
 #include "archive/study/writer.hpp"
 #include "core/error.hpp"
 #include "study/config/study_config.hpp"
+#include "study/execute/execute.hpp"
 #include "study/execute/folder_state.hpp"
 #include "study/execute/point_results.hpp"
 #include "study/summary/summary.hpp"
@@ -13,7 +12,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <system_error>
 
@@ -67,69 +65,29 @@ std::vector<double> design_in_config_units(const Design& design) {
 
 namespace {
 
-/// An integrator's work on all completed points, for the provenance.
-class WorkSum {
-  public:
-    explicit WorkSum(const StudyConfig& config)
-        : names_(work_columns(config)), sums_(names_.size(), 0.0) {}
-
-    std::optional<archive::PointRecord> added(std::optional<archive::PointRecord> record) {
-        if (record && record->completed)
-            for (std::size_t k = 0; k < sums_.size(); ++k)
-                sums_[k] += record->values[record->values.size() - sums_.size() + k];
-        return record;
-    }
-    [[nodiscard]] std::vector<std::pair<std::string, std::int64_t>> entries() const {
-        std::vector<std::pair<std::string, std::int64_t>> entries;
-        for (std::size_t k = 0; k < sums_.size(); ++k)
-            entries.emplace_back("total_" + names_[k], std::llround(sums_[k]));
-        return entries;
-    }
-
-  private:
-    std::vector<std::string> names_;
-    std::vector<double> sums_;
-};
-
-} // namespace
-
-bool assemble_archive(const Study& study, const StudyFolder& folder,
-                      const archive::Texts& provenance) {
-    const std::string identity = study.config.identity();
-    archive::JournalIndex index(archive::scan_journal_folder(folder.journals(), identity));
-    std::optional<archive::StudyFile> older;
-    if (is_there(folder.archive()))
-        older.emplace(folder.archive());
-    const auto is_known = [&](std::int64_t point) {
-        return index.contains(point) ||
-               (older && older->status(point) != archive::PointStatus::Missing);
-    };
-    for (std::int64_t point = 0; point < study.design.point_count(); ++point)
-        if (!is_known(point))
-            return false;
-    WorkSum work(study.config);
-    archive::write_study_file(
-        folder.archive(), description_of(study, provenance), design_in_config_units(study.design),
-        [&](std::int64_t point) {
-            // The journal takes precedence: it contains the points that were computed after the
-            // archive was written, for example a failed point that was tried again.
-            return work.added(index.contains(point) ? index.find_record(point)
-                                                    : older->record(point));
-        },
-        [&work] { return work.entries(); });
-    std::error_code error;
-    // The journals are removed only when the archive is on the disk under its name.
-    std::filesystem::remove_all(folder.journals(), error);
-    if (error)
-        throw core::StorageError(
-            fmt::format("cannot remove {}, whose points are in the archive: {}",
-                        folder.journals().string(), error.message()));
-    return true;
-}
-
-namespace {
-
 using archive::PointRecord;
+
+/// Writes the study file, with the integrator's work on all completed points in its provenance.
+void write_archive(const std::filesystem::path& path, const Study& study,
+                   const archive::Texts& provenance, const archive::RecordSource& record_of_point) {
+    const std::vector<std::string> names = work_columns(study.config);
+    std::vector<double> sums(names.size(), 0.0);
+    const auto counted_record = [&](std::int64_t point) {
+        std::optional<PointRecord> record = record_of_point(point);
+        if (record && record->completed)
+            for (std::size_t k = 0; k < sums.size(); ++k)
+                sums[k] += record->values[record->values.size() - sums.size() + k];
+        return record;
+    };
+    const auto totals = [&] {
+        std::vector<std::pair<std::string, std::int64_t>> entries;
+        for (std::size_t k = 0; k < sums.size(); ++k)
+            entries.emplace_back("total_" + names[k], std::llround(sums[k]));
+        return entries;
+    };
+    archive::write_study_file(path, description_of(study, provenance),
+                              design_in_config_units(study.design), counted_record, totals);
+}
 
 /// The records of one folder; its journals take precedence, as when a study is finished.
 class Source {
@@ -170,43 +128,29 @@ bool is_same_outcome(const PointRecord& a, const PointRecord& b) {
 }
 
 /// Chooses among the folders' outcomes of a point and counts them.
-class Merger {
-  public:
-    void add(const StudyFolder& folder, const FolderState& state) {
-        sources_.push_back(std::make_unique<Source>(folder, state));
-    }
-    std::optional<PointRecord> take(std::int64_t point) {
-        std::optional<PointRecord> chosen;
-        bool is_repeated = false;
-        bool is_differing = false;
-        for (const auto& source : sources_) {
-            std::optional<PointRecord> other = source->record(point);
-            if (!other)
-                continue;
-            if (chosen) {
-                is_repeated = true;
-                is_differing = is_differing || !is_same_outcome(*chosen, *other);
-            }
-            if (!chosen || (other->completed && !chosen->completed))
-                chosen = std::move(other);
+std::optional<PointRecord> chosen_record(std::vector<Source>& sources, std::int64_t point,
+                                         MergeOutcome& outcome) {
+    std::optional<PointRecord> chosen;
+    bool is_repeated = false;
+    bool is_differing = false;
+    for (Source& source : sources) {
+        std::optional<PointRecord> other = source.record(point);
+        if (!other)
+            continue;
+        if (chosen) {
+            is_repeated = true;
+            is_differing = is_differing || !is_same_outcome(*chosen, *other);
         }
-        count(chosen);
-        outcome_.repeated += is_repeated ? 1 : 0;
-        if (is_differing)
-            outcome_.differing.push_back(point);
-        return chosen;
+        if (!chosen || (other->completed && !chosen->completed))
+            chosen = std::move(other);
     }
-    [[nodiscard]] const MergeOutcome& outcome() const { return outcome_; }
-
-  private:
-    void count(const std::optional<PointRecord>& chosen) {
-        ++outcome_.points;
-        ++(!chosen ? outcome_.missing : chosen->completed ? outcome_.completed : outcome_.failed);
-    }
-
-    std::vector<std::unique_ptr<Source>> sources_;
-    MergeOutcome outcome_;
-};
+    ++outcome.points;
+    ++(!chosen ? outcome.missing : chosen->completed ? outcome.completed : outcome.failed);
+    outcome.repeated += is_repeated ? 1 : 0;
+    if (is_differing)
+        outcome.differing.push_back(point);
+    return chosen;
+}
 
 /// The state of a source that is readable to its last byte and is not being written.
 FolderState sound_state(const StudyFolder& folder) {
@@ -248,13 +192,42 @@ Origin origin_of(const std::vector<FolderState>& states, const StudyFolder& firs
 
 } // namespace
 
+bool assemble_archive(const Study& study, const StudyFolder& folder,
+                      const archive::Texts& provenance) {
+    const std::string identity = study.config.identity();
+    archive::JournalIndex index(archive::scan_journal_folder(folder.journals(), identity));
+    std::optional<archive::StudyFile> older;
+    if (is_there(folder.archive()))
+        older.emplace(folder.archive());
+    const auto is_known = [&](std::int64_t point) {
+        return index.contains(point) ||
+               (older && older->status(point) != archive::PointStatus::Missing);
+    };
+    for (std::int64_t point = 0; point < study.design.point_count(); ++point)
+        if (!is_known(point))
+            return false;
+    write_archive(folder.archive(), study, provenance, [&](std::int64_t point) {
+        // The journal takes precedence: it contains the points that were computed after the
+        // archive was written, for example a failed point that was tried again.
+        return index.contains(point) ? index.find_record(point) : older->record(point);
+    });
+    std::error_code error;
+    // The journals are removed only when the archive is on the disk under its name.
+    std::filesystem::remove_all(folder.journals(), error);
+    if (error)
+        throw core::StorageError(
+            fmt::format("cannot remove {}, whose points are in the archive: {}",
+                        folder.journals().string(), error.message()));
+    return true;
+}
+
 MergeOutcome merge_folders(const std::vector<StudyFolder>& sources, const StudyFolder& target,
                            const archive::Texts& provenance) {
     if (is_there(target.archive()))
         throw core::InputError(fmt::format("{} is there already; choose another folder with -o",
                                            target.archive().string()));
     std::vector<FolderState> states;
-    Merger merger;
+    std::vector<Source> opened;
     std::string names;
     for (const StudyFolder& source : sources) {
         states.push_back(sound_state(source));
@@ -263,7 +236,7 @@ MergeOutcome merge_folders(const std::vector<StudyFolder>& sources, const StudyF
                 fmt::format("{} and {} hold different studies. What differs:\n{}",
                             sources.front().path().string(), source.path().string(),
                             difference(states.front().identity, states.back().identity)));
-        merger.add(source, states.back());
+        opened.emplace_back(source, states.back());
         names += (names.empty() ? "" : "\n") + source.path().string();
     }
     const Origin origin = origin_of(states, sources.front());
@@ -272,13 +245,10 @@ MergeOutcome merge_folders(const std::vector<StudyFolder>& sources, const StudyF
     texts.emplace_back("start", origin.start);
     texts.emplace_back("merged_from", names);
     create_folder(target.path());
-    WorkSum work(origin.study.config);
-    archive::write_study_file(
-        target.archive(), description_of(origin.study, texts),
-        design_in_config_units(origin.study.design),
-        [&](std::int64_t point) { return work.added(merger.take(point)); },
-        [&work] { return work.entries(); });
-    return merger.outcome();
+    MergeOutcome outcome;
+    write_archive(target.archive(), origin.study, texts,
+                  [&](std::int64_t point) { return chosen_record(opened, point, outcome); });
+    return outcome;
 }
 
 } // namespace culm::study

@@ -7,7 +7,6 @@
 #include "farm/communicator.hpp"
 #include "run/simulate.hpp"
 #include "study/config/study_config.hpp"
-#include "study/execute/assemble.hpp"
 #include "study/execute/journal_notes.hpp"
 #include "study/execute/point_results.hpp"
 #include "study/execute/study_folder.hpp"
@@ -124,9 +123,8 @@ archive::PointRecord given_up_record(std::int64_t point, int crash_limit) {
 farm::Pace earlier_pace(const StudyFolder& folder, const std::vector<farm::Batch>& batches,
                         const farm::Communicator* communicator) {
     const farm::Pace pace = farm::on_root(communicator, [&] { return read_pace(folder); });
-    double longest = 0.0;
-    for (const farm::Batch& batch : batches)
-        longest = std::max(longest, batch.cost);
+    const double longest =
+        batches.empty() ? 0.0 : std::ranges::max(batches, {}, &farm::Batch::cost).cost;
     const int ranks = communicator == nullptr ? 1 : communicator->size();
     // This run's first batch of every rank counts as much as all earlier runs together, which may
     // have been on another machine.
@@ -137,8 +135,7 @@ farm::Pace earlier_pace(const StudyFolder& folder, const std::vector<farm::Batch
 double shortest_expected_time(const std::vector<farm::Batch>& batches, const farm::Pace& pace) {
     if (batches.empty())
         return 0.0;
-    const double cost =
-        std::ranges::min(batches, {}, [](const farm::Batch& batch) { return batch.cost; }).cost;
+    const double cost = std::ranges::min(batches, {}, &farm::Batch::cost).cost;
     return cost * (pace.is_known() ? pace.cautious() : 1.0);
 }
 

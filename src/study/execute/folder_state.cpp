@@ -3,7 +3,6 @@
 
 #include "archive/file_descriptor.hpp"
 #include "archive/study/file.hpp"
-#include "archive/study/verify.hpp"
 #include "core/error.hpp"
 #include "study/config/study_config.hpp"
 
@@ -46,7 +45,7 @@ void read_archive(const StudyFolder& folder, FolderDepth depth, FolderState& sta
         return;
     std::error_code ignored; // the size is for people
     state.archive_bytes = fs::file_size(folder.archive(), ignored);
-    // HDF5 may crash on a damaged file (verify.hpp), and this command must handle damaged files.
+    // HDF5 may crash on a damaged file (verify.cpp), and this command must handle damaged files.
     if (std::string death = archive::death_while_opening(folder.archive()); !death.empty()) {
         state.problems.push_back(std::move(death));
         return;

@@ -5,7 +5,7 @@
 #include "archive/journal/read.hpp"
 #include "archive/point_record.hpp"
 #include "archive/study/description.hpp"
-#include "archive/study/verify.hpp"
+#include "archive/study/file.hpp"
 #include "study/execute/journal_notes.hpp"
 #include "study/execute/study_folder.hpp"
 

@@ -5,7 +5,6 @@
 #include "physics/effects/stem_scales.hpp"
 #include "run/simulate.hpp"
 #include "run/stability_search.hpp"
-#include "study/config/case_constraints.hpp"
 #include "study/execute/point_results.hpp"
 
 #include <algorithm>
@@ -23,9 +22,8 @@ namespace culm::study {
 namespace {
 
 std::optional<std::string> fault_of(const run::CaseSpec& spec, const CaseCheck& further) {
-    for (const CaseConstraint& constraint : case_constraints())
-        if (const auto violation = constraint.violation(spec))
-            return fmt::format("{} = {}: {}", violation->key, violation->value, violation->allowed);
+    for (const Violation& violation : violations_of(spec))
+        return fmt::format("{} = {}: {}", violation.key, violation.value, violation.allowed);
     return further ? further(spec) : std::nullopt;
 }
 
@@ -38,30 +36,6 @@ std::string factors_text(const Design& design, std::int64_t point) {
     }
     return text.empty() ? text : " (" + text + ")";
 }
-
-} // namespace
-
-void check_points(const StudyConfig& config, const Design& design, const CaseCheck& further) {
-    constexpr std::int64_t most_listed = 10;
-    std::int64_t bad = 0;
-    std::string list;
-    for (std::int64_t point = 0; point < design.point_count(); ++point) {
-        const auto fault = fault_of(case_of_point(config, design, point), further);
-        if (!fault)
-            continue;
-        ++bad;
-        if (bad <= most_listed)
-            list += fmt::format("\n  point {}: {}{}", point, *fault, factors_text(design, point));
-    }
-    if (bad == 0)
-        return;
-    if (bad > most_listed)
-        list += fmt::format("\n  and {} more", bad - most_listed);
-    throw core::InputError(fmt::format("{}: {} of {} points are impossible:{}", config.file, bad,
-                                       design.point_count(), list));
-}
-
-namespace {
 
 /// Time per bond and step of all lanes together, s, and the factor for a spatial chain: measured
 /// by bench_cost_estimates on the reference machine (docs/performance.md).
@@ -186,18 +160,6 @@ Study checked(StudyConfig config) {
     return study;
 }
 
-} // namespace
-
-Study load_study(const std::filesystem::path& file) {
-    return checked(load_config(file));
-}
-
-Study parse_study(std::string_view text, const std::string& file, const StudyFiles& files) {
-    return checked(parse_config(text, file, files));
-}
-
-namespace {
-
 /// Time of the vibration per bond by an implicit method, s.
 double implicit_seconds_per_bond(const run::CaseSpec& spec) {
     const run::Integrator& integrator = spec.integrator;
@@ -219,6 +181,34 @@ double implicit_seconds_per_bond(const run::CaseSpec& spec) {
 }
 
 } // namespace
+
+void check_points(const StudyConfig& config, const Design& design, const CaseCheck& further) {
+    constexpr std::int64_t most_listed = 10;
+    std::int64_t bad = 0;
+    std::string list;
+    for (std::int64_t point = 0; point < design.point_count(); ++point) {
+        const auto fault = fault_of(case_of_point(config, design, point), further);
+        if (!fault)
+            continue;
+        ++bad;
+        if (bad <= most_listed)
+            list += fmt::format("\n  point {}: {}{}", point, *fault, factors_text(design, point));
+    }
+    if (bad == 0)
+        return;
+    if (bad > most_listed)
+        list += fmt::format("\n  and {} more", bad - most_listed);
+    throw core::InputError(fmt::format("{}: {} of {} points are impossible:{}", config.file, bad,
+                                       design.point_count(), list));
+}
+
+Study load_study(const std::filesystem::path& file) {
+    return checked(load_config(file));
+}
+
+Study parse_study(std::string_view text, const std::string& file, const StudyFiles& files) {
+    return checked(parse_config(text, file, files));
+}
 
 double estimated_seconds(const run::CaseSpec& spec) {
     const double bonds = spec.stem.sphere_count - 1;

@@ -18,9 +18,9 @@ namespace culm::study {
 /// Returns the fault of a case, or nothing.
 using CaseCheck = std::function<std::optional<std::string>(const run::CaseSpec&)>;
 
-/// Checks the constraints of case_constraints.hpp at every point, then `further` (for example the
-/// stability of an explicit step). Throws core::InputError with the number of bad points and the
-/// first ten of them, each with its factors' values.
+/// Checks the constraints between parameters (violations_of) at every point, then `further` (for
+/// example the stability of an explicit step). Throws core::InputError with the number of bad
+/// points and the first ten of them, each with its factors' values.
 void check_points(const StudyConfig& config, const Design& design, const CaseCheck& further = {});
 
 /// A validated study: configuration and design belong together.

@@ -51,6 +51,74 @@ std::span<const WorkColumn> work_of(run::IntegrationMethod method) {
                                                       : std::span(columns).first(2);
 }
 
+/// b1 per cycle and b2 of a history, or why there are none.
+struct StepFit {
+    StepOutcome outcome = StepOutcome::NoFit;
+    double decay_per_cycle = std::numeric_limits<double>::quiet_NaN();
+    double frequency = std::numeric_limits<double>::quiet_NaN(); ///< Hz
+};
+
+StepFit fit_of(const run::CaseSpec& spec, const run::CaseOutcome& outcome,
+               const ReduceOptions& options) {
+    const auto* result = std::get_if<run::CaseResult>(&outcome);
+    if (result == nullptr)
+        return {.outcome = StepOutcome::Unstable};
+    try {
+        const auto fit =
+            reduce::fit_ring_down(sample_times(spec), result->tip_deflection, fit_options(options));
+        return {StepOutcome::Fitted, fit.decay_per_cycle, fit.frequency};
+    } catch (const core::NumericalError&) {
+        return {};
+    }
+}
+
+/// The case over the record that the study compares.
+run::CaseSpec recorded(const TimestepOptions& options, run::CaseSpec spec) {
+    const auto per_cycle = static_cast<double>(options.samples_per_cycle);
+    // In units of the stem's own period, so that stems of any stiffness are compared alike.
+    spec.sample_interval = run::undamped_period(spec) / per_cycle;
+    spec.duration = std::round(options.record_cycles * per_cycle) * spec.sample_interval;
+    spec.integrator.relative_tolerance = options.reference_tolerance;
+    spec.store = run::StoreLevel::Tip;
+    spec.heights.clear();
+    return spec;
+}
+
+/// The fewest steps per sample that keep each step at or below its share of the limit.
+std::vector<std::int64_t> steps_per_sample(const TimestepOptions& options,
+                                           const run::CaseSpec& spec, double limit) {
+    std::vector<std::int64_t> counts;
+    for (const double fraction : options.fractions)
+        counts.push_back(
+            static_cast<std::int64_t>(std::ceil(spec.sample_interval / (fraction * limit))));
+    return counts;
+}
+
+/// Appends the reference and every step's columns.
+void append_comparison(const StudyConfig& config, const run::CaseSpec& point, double limit,
+                       const run::Heartbeat& heartbeat, run::Simulator& simulator,
+                       std::vector<double>& values) {
+    const run::CaseSpec spec = recorded(config.timestep, point);
+    const StepFit reference = fit_of(spec, simulator.simulate(spec, heartbeat), config.reduce);
+    values.insert(values.end(), {reference.decay_per_cycle, reference.frequency});
+
+    const std::vector<std::int64_t> counts = steps_per_sample(config.timestep, spec, limit);
+    const std::vector<run::CaseOutcome> outcomes =
+        run::simulate_with_steps(spec, counts, heartbeat);
+    const auto theory = run::step_error(spec);
+    for (std::size_t k = 0; k < counts.size(); ++k) {
+        const StepFit fit = fit_of(spec, outcomes[k], config.reduce);
+        const double step = spec.sample_interval / static_cast<double>(counts[k]);
+        const integrate::StepError predicted =
+            theory ? theory->at(step)
+                   : integrate::StepError{std::numeric_limits<double>::quiet_NaN(),
+                                          std::numeric_limits<double>::quiet_NaN()};
+        values.insert(values.end(),
+                      {step, static_cast<double>(fit.outcome), fit.decay_per_cycle, fit.frequency,
+                       predicted.decay_per_cycle, predicted.frequency});
+    }
+}
+
 } // namespace
 
 archive::PointRecord failed_record(std::int64_t point, std::string_view kind,
@@ -134,78 +202,6 @@ archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome out
         record.positions = std::move(result.positions);
     return record;
 }
-
-namespace {
-
-/// b1 per cycle and b2 of a history, or why there are none.
-struct StepFit {
-    StepOutcome outcome = StepOutcome::NoFit;
-    double decay_per_cycle = std::numeric_limits<double>::quiet_NaN();
-    double frequency = std::numeric_limits<double>::quiet_NaN(); ///< Hz
-};
-
-StepFit fit_of(const run::CaseSpec& spec, const run::CaseOutcome& outcome,
-               const ReduceOptions& options) {
-    const auto* result = std::get_if<run::CaseResult>(&outcome);
-    if (result == nullptr)
-        return {.outcome = StepOutcome::Unstable};
-    try {
-        const auto fit =
-            reduce::fit_ring_down(sample_times(spec), result->tip_deflection, fit_options(options));
-        return {StepOutcome::Fitted, fit.decay_per_cycle, fit.frequency};
-    } catch (const core::NumericalError&) {
-        return {};
-    }
-}
-
-/// The case over the record that the study compares.
-run::CaseSpec recorded(const TimestepOptions& options, run::CaseSpec spec) {
-    const auto per_cycle = static_cast<double>(options.samples_per_cycle);
-    // In units of the stem's own period, so that stems of any stiffness are compared alike.
-    spec.sample_interval = run::undamped_period(spec) / per_cycle;
-    spec.duration = std::round(options.record_cycles * per_cycle) * spec.sample_interval;
-    spec.integrator.relative_tolerance = options.reference_tolerance;
-    spec.store = run::StoreLevel::Tip;
-    spec.heights.clear();
-    return spec;
-}
-
-/// The fewest steps per sample that keep each step at or below its share of the limit.
-std::vector<std::int64_t> steps_per_sample(const TimestepOptions& options,
-                                           const run::CaseSpec& spec, double limit) {
-    std::vector<std::int64_t> counts;
-    for (const double fraction : options.fractions)
-        counts.push_back(
-            static_cast<std::int64_t>(std::ceil(spec.sample_interval / (fraction * limit))));
-    return counts;
-}
-
-/// Appends the reference and every step's columns.
-void append_comparison(const StudyConfig& config, const run::CaseSpec& point, double limit,
-                       const run::Heartbeat& heartbeat, run::Simulator& simulator,
-                       std::vector<double>& values) {
-    const run::CaseSpec spec = recorded(config.timestep, point);
-    const StepFit reference = fit_of(spec, simulator.simulate(spec, heartbeat), config.reduce);
-    values.insert(values.end(), {reference.decay_per_cycle, reference.frequency});
-
-    const std::vector<std::int64_t> counts = steps_per_sample(config.timestep, spec, limit);
-    const std::vector<run::CaseOutcome> outcomes =
-        run::simulate_with_steps(spec, counts, heartbeat);
-    const auto theory = run::step_error(spec);
-    for (std::size_t k = 0; k < counts.size(); ++k) {
-        const StepFit fit = fit_of(spec, outcomes[k], config.reduce);
-        const double step = spec.sample_interval / static_cast<double>(counts[k]);
-        const integrate::StepError predicted =
-            theory ? theory->at(step)
-                   : integrate::StepError{std::numeric_limits<double>::quiet_NaN(),
-                                          std::numeric_limits<double>::quiet_NaN()};
-        values.insert(values.end(),
-                      {step, static_cast<double>(fit.outcome), fit.decay_per_cycle, fit.frequency,
-                       predicted.decay_per_cycle, predicted.frequency});
-    }
-}
-
-} // namespace
 
 std::string column_at(std::string_view quantity, double fraction) {
     return fmt::format("{}_at_{}", quantity, fraction);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/execute/repetition.hpp"
 
-#include "archive/study/verify.hpp"
+#include "archive/study/file.hpp"
 #include "core/error.hpp"
 #include "study/summary/summary.hpp"
 
@@ -82,17 +82,18 @@ void compare_columns(const std::vector<double>& archived, const std::vector<doub
     note(numbers, repetition);
 }
 
-/// `read` gives the history of a point.
-template <class Read>
+/// The history of a point.
+using History = std::vector<double> (StudyFile::*)(std::int64_t) const;
+
 void compare_histories(const StudyFile& archived, const StudyFile& now, const Points& points,
-                       const std::string& name, const Read& read, Repetition& repetition) {
+                       const std::string& name, History history, Repetition& repetition) {
     DifferingNumbers numbers{.name = name, .unit = "m"};
     for (const std::int64_t point : points) {
-        const std::vector<double> before = read(archived, point);
+        const std::vector<double> before = (archived.*history)(point);
         double size = 0.0;
         for (const double value : before)
             size = std::isfinite(value) ? std::max(size, std::abs(value)) : size;
-        compare_numbers(point, before, read(now, point), size, numbers);
+        compare_numbers(point, before, (now.*history)(point), size, numbers);
     }
     note(numbers, repetition);
 }
@@ -112,17 +113,13 @@ void compare_tables(const StudyFile& archived, const StudyFile& now, const Point
 void compare_stored_histories(const StudyFile& archived, const StudyFile& now,
                               const Points& completed, Repetition& repetition) {
     const archive::StoredHistories& stored = archived.description().stored;
-    const auto compare = [&](bool is_stored, const std::string& name, const auto& read) {
+    const auto compare = [&](bool is_stored, const std::string& name, History history) {
         if (is_stored)
-            compare_histories(archived, now, completed, name, read, repetition);
+            compare_histories(archived, now, completed, name, history, repetition);
     };
-    compare(stored.tip, "histories/tip_deflection",
-            [](const StudyFile& file, std::int64_t point) { return file.tip_deflection(point); });
-    compare(
-        stored.heights, "histories/height_deflection",
-        [](const StudyFile& file, std::int64_t point) { return file.height_deflection(point); });
-    compare(stored.positions, "particles",
-            [](const StudyFile& file, std::int64_t point) { return file.positions(point); });
+    compare(stored.tip, "histories/tip_deflection", &StudyFile::tip_deflection);
+    compare(stored.heights, "histories/height_deflection", &StudyFile::height_deflection);
+    compare(stored.positions, "particles", &StudyFile::positions);
 }
 
 void require_whole(const StudyFolder& folder) {

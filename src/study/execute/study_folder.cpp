@@ -3,7 +3,6 @@
 
 #include "archive/journal/read.hpp"
 #include "archive/study/file.hpp"
-#include "archive/study/verify.hpp"
 #include "core/error.hpp"
 #include "study/config/study_config.hpp"
 
@@ -129,6 +128,18 @@ class KnownPoints {
     std::map<std::int64_t, int> deaths_;
 };
 
+archive::FileDescriptor hold(const fs::path& path, const archive::LockWait& wait) {
+    while (true) {
+        archive::FileDescriptor file(path, archive::FileDescriptor::Access::ReadWriteCreate);
+        file.lock_exclusively(wait);
+        struct stat named {};
+        // The previous job may have removed the file between opening and locking; the lock would
+        // then be on a file that no other process can find.
+        if (::stat(path.c_str(), &named) == 0 && file.is_same_file(named.st_dev, named.st_ino))
+            return file;
+    }
+}
+
 } // namespace
 
 bool is_there(const fs::path& path) {
@@ -196,27 +207,6 @@ FolderContent prepare_folder(const StudyFolder& folder, const std::string& ident
     content.archive_is_complete = content.archive_is_complete && content.pending_points.empty();
     return content;
 }
-
-namespace {
-
-archive::FileDescriptor locked(const std::filesystem::path& path, const archive::LockWait& wait) {
-    archive::FileDescriptor file(path, archive::FileDescriptor::Access::ReadWriteCreate);
-    file.lock_exclusively(wait);
-    return file;
-}
-
-archive::FileDescriptor hold(const fs::path& path, const archive::LockWait& wait) {
-    while (true) {
-        archive::FileDescriptor file = locked(path, wait);
-        struct stat named {};
-        // The previous job may have removed the file between opening and locking; the lock would
-        // then be on a file that no other process can find.
-        if (::stat(path.c_str(), &named) == 0 && file.is_same_file(named.st_dev, named.st_ino))
-            return file;
-    }
-}
-
-} // namespace
 
 FolderLock::FolderLock(const StudyFolder& folder, const archive::LockWait& wait)
     : file_(hold(folder.lock(), wait)) {}

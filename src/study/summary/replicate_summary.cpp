@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "study/summary/replicate_summary.hpp"
-
 #include "core/error.hpp"
 #include "reduce/sensitivity.hpp"
 #include "study/design/sampling.hpp"
 #include "study/execute/plan.hpp"
+#include "study/summary/summary.hpp"
 
 #include <algorithm>
 #include <cmath>

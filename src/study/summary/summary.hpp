@@ -1,15 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Results of a study: the regressions and the failed points, as plain data, JSON and tables.
+// Results of a study as plain data: of vibrations the regressions, and the spread of b1 and b2 with
+// the factors that cause it; of time steps the limits, their laws, and the errors of the steps
+// below them; the failed points of both. And an archive as CSV tables for other programs.
 #pragma once
 
 #include "archive/study/file.hpp"
+#include "reduce/population_statistics.hpp"
+#include "reduce/sensitivity.hpp"
 #include "reduce/study_regression.hpp"
 #include "study/execute/plan.hpp"
+#include "study/execute/point_results.hpp"
 #include "study/execute/study_folder.hpp"
-#include "study/summary/replicate_summary.hpp"
 
+#include <algorithm>
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,23 +30,18 @@ struct FailedPoint {
     std::string reason;
 };
 
-struct StudySummary {
+/// What the summaries of all kinds of studies tell.
+struct SummaryOfRun {
     std::int64_t points = 0;
-    std::int64_t completed = 0;
     std::vector<FailedPoint> failed;
     std::vector<std::int64_t> missing; ///< points that were not computed (a merged archive)
     int ranks = 1;
     double wall_s = 0.0;
-    std::string integrator;                           ///< method and tolerance or step
-    std::string law;                                  ///< of the bonds' damping
-    std::vector<std::pair<std::string, double>> work; ///< of the integrator on all points
-    ReduceOptions reduce;                             ///< as used
-    std::vector<double> youngs_modulus;               ///< (points), Pa
-    std::vector<double> bond_damping;                 ///< (points)
-    std::vector<double> decay_per_cycle;              ///< (points), NaN where there is no fit
-    std::vector<double> frequency;                    ///< (points), Hz
-    reduce::StudyRegression regression;
-    std::optional<ReplicateSummary> replicates; ///< of a study with factors
+
+    /// Sets all but `failed` and `missing`.
+    void read_run(const archive::StudyFile& file);
+    /// Adds a point without a result to `failed` or `missing`.
+    void add_unanswered(const archive::StudyFile& file, std::int64_t point);
 };
 
 /// Opens a study's archive together with the study that made it.
@@ -57,6 +60,48 @@ struct ArchivedStudy {
     return archive::text_named(name, file.description().provenance);
 }
 
+/// Spread of one fitted quantity.
+struct ResponseSpread {
+    std::string name; ///< "decay_per_cycle" or "frequency", as the archive's columns
+    std::string unit;
+    reduce::SampleSummary population;
+    std::optional<reduce::VarianceComponents> components; ///< of stems with several tests
+    std::optional<reduce::Sensitivity> sensitivity;
+};
+
+/// Factors that depend on each other share one index; others are alone.
+struct FactorGroup {
+    std::string name; ///< the keys, joined by ", "
+    std::vector<std::string> factors;
+};
+
+struct ReplicateSummary {
+    std::vector<ResponseSpread> responses;
+    std::vector<FactorGroup> groups;   ///< in the order of the sensitivities' groups
+    bool has_distributions = false;    ///< does any factor describe a population?
+    std::string no_sensitivity_reason; ///< one sentence, if there are none
+};
+
+/// Nothing for a study without factors. `decay_per_cycle` and `frequency` (Hz) have the shape
+/// (points), NaN where there is no fit.
+[[nodiscard]] std::optional<ReplicateSummary>
+summarise_replicates(const Study& study, std::span<const double> decay_per_cycle,
+                     std::span<const double> frequency);
+
+struct StudySummary : SummaryOfRun {
+    std::int64_t completed = 0;
+    std::string integrator;                           ///< method and tolerance or step
+    std::string law;                                  ///< of the bonds' damping
+    std::vector<std::pair<std::string, double>> work; ///< of the integrator on all points
+    ReduceOptions reduce;                             ///< as used
+    std::vector<double> youngs_modulus;               ///< (points), Pa
+    std::vector<double> bond_damping;                 ///< (points)
+    std::vector<double> decay_per_cycle;              ///< (points), NaN where there is no fit
+    std::vector<double> frequency;                    ///< (points), Hz
+    reduce::StudyRegression regression;
+    std::optional<ReplicateSummary> replicates; ///< of a study with factors
+};
+
 /// Reduces a study of kind Vibration (core::InputError for another). With `refit` the stored tip
 /// histories are fitted again under these options (core::InputError when the study stores none);
 /// without, the fits in the archive are used. `significance` is that of the F-tests in either case;
@@ -64,5 +109,73 @@ struct ArchivedStudy {
 [[nodiscard]] StudySummary reduce_study(const ArchivedStudy& archived,
                                         const std::optional<ReduceOptions>& refit,
                                         std::optional<double> significance = std::nullopt);
+
+/// b1 and b2 of one stem at one step. Errors are (at this step − converged)/converged; NaN where
+/// there is no fit or no converged value.
+struct StepResult {
+    double step = 0.0; ///< s
+    StepOutcome outcome = StepOutcome::NoFit;
+    double decay_per_cycle = 0.0;
+    double frequency = 0.0; ///< Hz
+    double decay_error = 0.0;
+    double frequency_error = 0.0;
+    double predicted_decay_error = 0.0;     ///< of the linearised first mode
+    double predicted_frequency_error = 0.0; ///< of the linearised first mode
+};
+
+/// One completed point.
+struct TimestepStem {
+    std::int64_t point = 0;
+    double youngs_modulus = 0.0; ///< Pa
+    double bond_damping = 0.0;
+    double stable = 0.0;              ///< bisected, s
+    double unstable = 0.0;            ///< bisected, s
+    double transverse = 0.0;          ///< linearised, s
+    double axial = 0.0;               ///< linearised, s
+    double rule = 0.0;                ///< the authors', s
+    double bond_time = 0.0;           ///< √(m/k_n), s
+    double reference_decay = 0.0;     ///< b1 per cycle of the implicit run
+    double reference_frequency = 0.0; ///< b2 of the implicit run, Hz
+    double converged_decay = 0.0;     ///< b1 per cycle for steps towards zero
+    double converged_frequency = 0.0; ///< b2 for steps towards zero, Hz
+    std::vector<StepResult> steps;    ///< one per fraction
+
+    [[nodiscard]] double limit() const { return 0.5 * (stable + unstable); }
+    [[nodiscard]] double linearised() const { return transverse < axial ? transverse : axial; }
+};
+
+struct TimestepSummary : SummaryOfRun {
+    std::vector<TimestepStem> stems; ///< the completed points
+
+    /// Stems with this outcome at the fraction of that index.
+    [[nodiscard]] std::ptrdiff_t count(std::size_t fraction, StepOutcome outcome) const {
+        return std::ranges::count_if(stems, [&](const TimestepStem& stem) {
+            return stem.steps[fraction].outcome == outcome;
+        });
+    }
+
+    TimestepOptions options;
+    reduce::TimestepRegression regression; ///< of the bisected limits
+};
+
+/// The value at step zero of the parabola (of the line) through the values at the three (two)
+/// smallest steps: Richardson's extrapolation. NaN for fewer than two. Pairs with a value that is
+/// not finite are ignored.
+[[nodiscard]] double extrapolated_to_zero(const std::vector<double>& steps,
+                                          const std::vector<double>& values);
+
+/// Reduces the archive of a time-step study. Throws core::InputError for another kind of study.
+[[nodiscard]] TimestepSummary reduce_timestep_study(const ArchivedStudy& archived);
+
+struct ExportOutcome {
+    std::int64_t points = 0;
+    std::int64_t missing = 0;
+};
+
+/// Writes points.csv (point, status, factors, results, reason of failure: one line a point; a cell
+/// is empty where there is no value). The text of a study does not depend on the ranks that
+/// computed it. InputError: no archive. StorageError: damage, disk full.
+[[nodiscard]] ExportOutcome export_archive(const StudyFolder& folder,
+                                           const std::filesystem::path& target);
 
 } // namespace culm::study
