@@ -219,7 +219,7 @@ TEST(RingDownFit, IntervalsCoverTheTruthIn95OutOf100Repeats) {
     int decay_hits = 0;
     int per_cycle_hits = 0;
     int amplitude_hits = 0;
-    const auto covers = [](const Uncertainty& interval, double truth) {
+    const auto covers = [](const Estimate& interval, double truth) {
         return interval.lower <= truth && truth <= interval.upper ? 1 : 0;
     };
     for (int repeat = 0; repeat < repeats; ++repeat) {
