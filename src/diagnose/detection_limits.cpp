@@ -33,85 +33,70 @@ Crossing crossing_of(const std::vector<SizedEffect>& sizes, const std::vector<do
     return out;
 }
 
-class Limit {
-  public:
-    Limit(const SearchResult& search, const physics::SelectedEffect& effect,
-          const fit::FitOptions& options)
-        : search_(search), effect_(effect), options_(options) {
-        out_.effect = effect.effect->name();
-    }
+/// Relative bias of a parameter fitted without the effect, which changes the fitted parameters by
+/// `hidden_by`; the truth is `ratio` times as large.
+double bias(const SearchResult& search, const Eigen::VectorXd& hidden_by,
+            const physics::ParameterId& id, double ratio) {
+    const auto found = std::ranges::find(search.stacked.ids, id);
+    const fit::FittedParameter* const value = search.best_fit.parts.front().find(id);
+    if (found == search.stacked.ids.end() || value == nullptr || !(ratio > 0.0))
+        return 0.0;
+    return (1.0 + hidden_by(found - search.stacked.ids.begin()) / value->value) / ratio - 1.0;
+}
 
-    [[nodiscard]] DetectionLimit compute() {
-        const SizedEffects found = effect_at_sizes(search_.best_fit, search_.stacked, effect_,
-                                                   search_.recordings, options_);
-        if (found.sizes.empty()) {
-            out_.failure = "no run shows what it does";
-            return out_;
+/// Sets the parameter, its unit and value for a size in standard deviations of the prior.
+void name(const SearchResult& search, const physics::SelectedEffect& effect,
+          const std::string& parameter, double size, DetectionLimit& limit) {
+    const fit::StemModel model =
+        candidate_model(search.best_fit.parts.front().model, {effect}, search.recordings.front());
+    for (const fit::FreeParameter& each : model.parameters)
+        if (each.access.id.effect == limit.effect && each.access.id.name == parameter) {
+            const ParameterPrior prior = prior_of(each, model);
+            limit.parameter = parameter;
+            limit.unit = each.unit;
+            limit.value = from_coordinate(each.fitted_as, prior.absent + size * prior.deviation);
+            limit.is_beyond_bounds = !(limit.value >= each.lower && limit.value <= each.upper);
         }
-        const Projector own(search_.stacked.jacobian);
-        std::vector<double> seen;
-        for (const SizedEffect& each : found.sizes)
-            seen.push_back(own.remainder(each.change).norm());
-        const Crossing at = crossing_of(found.sizes, seen);
-        name(found.parameter, at.size);
-        if (!std::isfinite(at.size))
-            return out_;
-        const SizedEffect& near = found.sizes[at.nearest];
-        const double share = at.size / near.size;
-        const Eigen::VectorXd hidden_by = share * own.coefficients(near.change);
-        out_.youngs_modulus_bias =
-            bias(hidden_by, physics::bond_youngs_modulus, std::pow(near.modulus_ratio, share));
-        out_.damping_bias =
-            bias(hidden_by, physics::bond_damping, 1.0 + share * (near.damping_ratio - 1.0));
-        return out_;
-    }
+    if (!limit.parameter.empty())
+        return;
+    // For an effect without a free parameter, the largest of its known values gives the size.
+    const std::vector<double>& values = model.spec.effects.back().values;
+    const auto largest =
+        std::ranges::max_element(values, {}, [](double value) { return std::abs(value); });
+    if (largest == values.end())
+        return;
+    const physics::EffectParameter known =
+        effect.effect->parameters()[static_cast<std::size_t>(largest - values.begin())];
+    limit.parameter = known.name;
+    limit.unit = known.unit;
+    limit.value = size * std::abs(*largest);
+    limit.is_beyond_bounds = !(limit.value <= known.upper);
+}
 
-  private:
-    /// Relative bias of a parameter fitted without the effect; the truth is `ratio` times as large.
-    [[nodiscard]] double bias(const Eigen::VectorXd& hidden_by, const physics::ParameterId& id,
-                              double ratio) const {
-        const auto found = std::ranges::find(search_.stacked.ids, id);
-        const fit::FittedParameter* const value = search_.best_fit.parts.front().find(id);
-        if (found == search_.stacked.ids.end() || value == nullptr || !(ratio > 0.0))
-            return 0.0;
-        return (1.0 + hidden_by(found - search_.stacked.ids.begin()) / value->value) / ratio - 1.0;
+void compute(const SearchResult& search, const physics::SelectedEffect& effect,
+             const fit::FitOptions& options, DetectionLimit& limit) {
+    const SizedEffects found =
+        effect_at_sizes(search.best_fit, search.stacked, effect, search.recordings, options);
+    if (found.sizes.empty()) {
+        limit.failure = "no run shows what it does";
+        return;
     }
-
-    void name(const std::string& parameter, double size) {
-        const fit::StemModel model = candidate_model(search_.best_fit.parts.front().model,
-                                                     {effect_}, search_.recordings.front());
-        for (const fit::FreeParameter& each : model.parameters)
-            if (each.access.id.effect == out_.effect && each.access.id.name == parameter) {
-                const ParameterPrior prior = prior_of(each, model);
-                out_.parameter = parameter;
-                out_.unit = each.unit;
-                out_.value = from_coordinate(each.fitted_as, prior.absent + size * prior.deviation);
-                out_.is_beyond_bounds = !(out_.value >= each.lower && out_.value <= each.upper);
-            }
-        if (out_.parameter.empty())
-            name_known_number(model.spec.effects.back().values, size);
-    }
-
-    /// For an effect without a free parameter: the largest of its known values gives the size.
-    void name_known_number(const std::vector<double>& values, double size) {
-        const std::vector<physics::EffectParameter> parameters = effect_.effect->parameters();
-        const auto largest =
-            std::ranges::max_element(values, {}, [](double value) { return std::abs(value); });
-        if (largest == values.end())
-            return;
-        const physics::EffectParameter& parameter =
-            parameters[static_cast<std::size_t>(largest - values.begin())];
-        out_.parameter = parameter.name;
-        out_.unit = parameter.unit;
-        out_.value = size * std::abs(*largest);
-        out_.is_beyond_bounds = !(out_.value <= parameter.upper);
-    }
-
-    const SearchResult& search_;
-    const physics::SelectedEffect& effect_;
-    const fit::FitOptions& options_;
-    DetectionLimit out_;
-};
+    const Projector own(search.stacked.jacobian);
+    std::vector<double> seen;
+    for (const SizedEffect& each : found.sizes)
+        seen.push_back(own.remainder(each.change).norm());
+    const auto [size, nearest] = crossing_of(found.sizes, seen);
+    name(search, effect, found.parameter, size, limit);
+    if (!std::isfinite(size))
+        return;
+    const SizedEffect& near = found.sizes[nearest];
+    const double share = size / near.size;
+    const Eigen::VectorXd hidden_by = share * own.coefficients(near.change);
+    limit.youngs_modulus_bias =
+        bias(search, hidden_by, physics::bond_youngs_modulus, std::pow(near.modulus_ratio, share));
+    limit.damping_bias =
+        bias(search, hidden_by, physics::bond_damping, 1.0 + share * (near.damping_ratio - 1.0));
+}
 
 } // namespace
 
@@ -119,17 +104,17 @@ std::vector<DetectionLimit> detection_limits(const SearchResult& search,
                                              const SearchOptions& options) {
     const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
         const fit::FitOptions own = with_heartbeat(options.candidate, heartbeat);
-        DetectionLimit failed;
-        failed.effect = search.views[item].effect.effect->name();
-        failed.failure = search.views[item].columns.failure;
-        if (!failed.failure.empty())
-            return failed;
+        DetectionLimit limit;
+        limit.effect = search.views[item].effect.effect->name();
+        limit.failure = search.views[item].columns.failure;
+        if (!limit.failure.empty())
+            return limit;
         try {
-            return Limit(search, search.views[item].effect, own).compute();
+            compute(search, search.views[item].effect, own, limit);
         } catch (const core::NumericalError& error) {
-            failed.failure = error.what();
+            limit.failure = error.what();
         }
-        return failed;
+        return limit;
     };
     std::vector<double> costs;
     for (const CandidateView& view : search.views) {

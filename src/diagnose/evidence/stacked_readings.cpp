@@ -18,81 +18,62 @@ namespace {
 /// independent part below a tenth of that is rounding error.
 constexpr double least_independence = 1e-6;
 
-class Stack {
-  public:
-    Stack(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
-          std::span<const fit::StemModel> models)
-        : base_(base), recordings_(recordings), models_(models) {}
-
-    void make_room(const fit::JointLayout& layout) {
-        layout_ = layout;
-        out_.ids = layout.ids;
-        Eigen::Index rows = 0;
-        for (const fit::RecordingFit& part : base_.parts)
-            rows += static_cast<Eigen::Index>(part.residuals.size());
-        out_.constraints = static_cast<Eigen::Index>(std::ranges::count_if(
-            layout.owners, [&](const auto& owner) { return is_error(owner); }));
-        rows += out_.constraints;
-        out_.jacobian = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(out_.ids.size()));
-        out_.residual = Eigen::VectorXd::Zero(rows);
-        out_.predicted = Eigen::VectorXd::Zero(rows);
-    }
-    /// The constraints of the error terms.
-    void add_constraints() {
-        for (std::size_t k = 0; k < layout_.owners.size(); ++k) {
-            const fit::JointLayout::Owner& owner = layout_.owners[k];
-            if (!is_error(owner))
-                continue;
-            out_.jacobian(row_, static_cast<Eigen::Index>(k)) = 1.0;
-            out_.residual(row_++) = -models_[owner.model].value(owner.parameter);
-        }
-    }
-    void add_rows(std::size_t part, const fit::ChainPrediction& prediction) {
-        const Eigen::Index first = row_;
-        for (std::size_t k = 0; k < prediction.readings.size(); ++k, ++row_) {
+/// The readings of `models`, each with its prediction(m), and the constraints of the error terms.
+StackedReadings stack(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
+                      std::span<const fit::StemModel> models, const auto& prediction_of) {
+    const fit::JointLayout layout =
+        fit::joint_layout(models, recordings, fit::belongs_to_recording);
+    const auto is_error = [&](const fit::JointLayout::Owner& owner) {
+        return models[owner.model].is_error(owner.parameter);
+    };
+    StackedReadings out;
+    out.ids = layout.ids;
+    out.constraints = static_cast<Eigen::Index>(std::ranges::count_if(layout.owners, is_error));
+    Eigen::Index rows = out.constraints;
+    for (const fit::RecordingFit& part : base.parts)
+        rows += static_cast<Eigen::Index>(part.residuals.size());
+    out.jacobian = Eigen::MatrixXd::Zero(rows, static_cast<Eigen::Index>(out.ids.size()));
+    out.residual = Eigen::VectorXd::Zero(rows);
+    out.predicted = Eigen::VectorXd::Zero(rows);
+    Eigen::Index row = 0;
+    for (std::size_t m = 0; m < models.size(); ++m) {
+        const fit::ChainPrediction& prediction = prediction_of(m);
+        const Eigen::Index first = row;
+        for (std::size_t k = 0; k < prediction.readings.size(); ++k, ++row) {
             const std::size_t j = k % prediction.rows;
-            const double measured = recordings_[part].deflection(k / prediction.rows, j);
+            const double measured = recordings[m].deflection(k / prediction.rows, j);
             const double predicted = prediction.readings[k];
             if (!std::isfinite(measured) || !std::isfinite(predicted))
                 continue;
-            const double noise = base_.parts[part].noise[j];
-            out_.residual(row_) = (measured - predicted) / noise;
-            out_.predicted(row_) = predicted / noise;
-            for (std::size_t p = 0; p < prediction.parameters; ++p)
+            const double noise = base.parts[m].noise[j];
+            out.residual(row) = (measured - predicted) / noise;
+            out.predicted(row) = predicted / noise;
+            for (std::size_t p = 0; p < prediction.parameters; ++p) {
+                const fit::JointLayout::Share& share = layout.shares[m][p];
                 if (const double d = prediction.jacobian[k * prediction.parameters + p];
                     std::isfinite(d))
-                    add_derivative(layout_.shares[part][p], d / noise);
+                    out.jacobian(row, static_cast<Eigen::Index>(share.place)) =
+                        share.factor * (d / noise);
+            }
         }
-        whiten(part, first);
+        if (!base.parts[m].noise_model)
+            continue;
+        const fit::Whitening whitening = fit::whitening_of(base.parts[m]);
+        const auto count = static_cast<std::size_t>(row - first);
+        whitening.apply({out.residual.data() + first, count});
+        whitening.apply({out.predicted.data() + first, count});
+        for (Eigen::Index k = 0; k < out.jacobian.cols(); ++k)
+            whitening.apply({out.jacobian.col(k).data() + first, count});
     }
-    [[nodiscard]] StackedReadings take() { return std::move(out_); }
-
-  private:
-    /// The rows of a part from `first` on.
-    void whiten(std::size_t part, Eigen::Index first) {
-        if (!base_.parts[part].noise_model)
-            return;
-        const fit::Whitening whitening = fit::whitening_of(base_.parts[part]);
-        const auto count = static_cast<std::size_t>(row_ - first);
-        whitening.apply({out_.residual.data() + first, count});
-        whitening.apply({out_.predicted.data() + first, count});
-        for (Eigen::Index k = 0; k < out_.jacobian.cols(); ++k)
-            whitening.apply({out_.jacobian.col(k).data() + first, count});
+    for (std::size_t k = 0; k < layout.owners.size(); ++k) {
+        const fit::JointLayout::Owner& owner = layout.owners[k];
+        if (!is_error(owner))
+            continue;
+        out.jacobian(row, static_cast<Eigen::Index>(k)) = 1.0;
+        out.residual(row++) = -models[owner.model].value(owner.parameter);
     }
-    [[nodiscard]] bool is_error(const fit::JointLayout::Owner& owner) const {
-        return models_[owner.model].is_error(owner.parameter);
-    }
-    void add_derivative(const fit::JointLayout::Share& share, double derivative) {
-        out_.jacobian(row_, static_cast<Eigen::Index>(share.place)) = share.factor * derivative;
-    }
-
-    const fit::Fit& base_;
-    std::span<const fit::ObservedRecording> recordings_;
-    std::span<const fit::StemModel> models_;
-    StackedReadings out_;
-    fit::JointLayout layout_;
-    Eigen::Index row_ = 0;
-};
+    return out;
+}
 
 /// Changes free parameter `k`, in its own unit, as far as the bounds allow.
 void move(fit::StemModel& model, std::size_t k, double change) {
@@ -119,23 +100,16 @@ void move(fit::StemModel& model, std::size_t k, double change) {
 StackedReadings stacked_readings(std::span<const fit::StemModel> models,
                                  std::span<const fit::ObservedRecording> recordings,
                                  const fit::Fit& base, const run::Heartbeat& heartbeat) {
-    Stack stack(base, recordings, models);
-    stack.make_room(fit::joint_layout(models, recordings, fit::belongs_to_recording));
-    for (std::size_t m = 0; m < models.size(); ++m)
-        stack.add_rows(m, fit::predict_readings(models[m], base.parts[m].times, heartbeat));
-    stack.add_constraints();
-    return stack.take();
+    return stack(base, recordings, models, [&](std::size_t m) {
+        return fit::predict_readings(models[m], base.parts[m].times, heartbeat);
+    });
 }
 
 StackedReadings stacked_readings(const fit::Fit& base,
                                  std::span<const fit::ObservedRecording> recordings) {
-    const fit::StartModels models = fit::start_from(base);
-    Stack stack(base, recordings, models);
-    stack.make_room(fit::joint_layout(models, recordings, fit::belongs_to_recording));
-    for (std::size_t m = 0; m < base.parts.size(); ++m)
-        stack.add_rows(m, base.parts[m].prediction);
-    stack.add_constraints();
-    return stack.take();
+    return stack(
+        base, recordings, fit::start_from(base),
+        [&](std::size_t m) -> const fit::ChainPrediction& { return base.parts[m].prediction; });
 }
 
 fit::StartModels moved(fit::StartModels models, const fit::JointLayout& layout,
