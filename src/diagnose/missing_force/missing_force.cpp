@@ -3,9 +3,10 @@
 
 #include "core/error.hpp"
 #include "diagnose/evidence/stacked_readings.hpp"
-#include "diagnose/missing_force/force_terms.hpp"
 #include "diagnose/missing_force/term_selection.hpp"
 #include "physics/effects/stem_scales.hpp"
+#include "physics/effects/user_effect.hpp"
+#include "physics/effects/user_expression.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -18,16 +19,112 @@
 namespace culm::diagnose {
 namespace {
 
-/// Coefficient of term k in the effect that represents the missing force.
-physics::ParameterId coefficient(std::size_t k) {
-    return {"missing_force", fmt::format("c{}", k + 1), {}};
-}
-
 using physics::UserLawKind;
 
 constexpr std::size_t most_terms = 3;
 constexpr double force_block_periods = 3.0;
 constexpr int curve_points = 41;
+/// Initial ratio of a coefficient's term to the elastic forces: large enough for a derivative above
+/// the noise of the runs, small enough to stay linear.
+constexpr double small_share = 1e-3; ///< of the elastic forces
+constexpr double widest = 1e4;       ///< bounds of a coefficient, times its scale
+
+bool is_force(UserLawKind kind) {
+    return kind == UserLawKind::ForcePerLength;
+}
+
+const char* name_of(UserLawKind kind) {
+    return is_force(kind) ? "force_per_length" : "bending_moment";
+}
+
+/// Powers and products of the variables of a user's law, without the terms that the chain already
+/// contains (a moment in proportion to the curvature and to its rate).
+std::vector<std::string> force_terms(UserLawKind kind) {
+    if (is_force(kind))
+        return {"1", "x", "x*abs(x)", "x^3", "v", "v*abs(v)", "v^3", "x^2*v", "sign(v)*abs(x)"};
+    return {"1",
+            "kappa*abs(kappa)",
+            "kappa^3",
+            "kappa_rate*abs(kappa_rate)",
+            "kappa^2*kappa_rate",
+            "abs(kappa)*kappa_rate"};
+}
+
+/// Coefficient of term k in the effect that represents the missing force.
+physics::ParameterId coefficient(std::size_t k) {
+    return {"missing_force", fmt::format("c{}", k + 1), {}};
+}
+
+/// The sum of the terms, each with its own coefficient (c1, c2, …), as a user's effect with the
+/// name "missing_force"; `values` are the defaults, `scales` their typical sizes.
+physics::UserEffectText force_text(UserLawKind kind, const std::vector<std::string>& terms,
+                                   const std::vector<double>& values,
+                                   const std::vector<double>& scales) {
+    physics::UserEffectText text;
+    text.name = "missing_force";
+    text.summary = "missing force found in a recording";
+    text.source = "culm diagnose";
+    text.kind = kind;
+    for (std::size_t k = 0; k < terms.size(); ++k) {
+        const std::string name = coefficient(k).name;
+        if (k > 0)
+            text.formula += " + ";
+        text.formula += fmt::format("{}*{}", name, terms[k]);
+        physics::EffectParameter parameter;
+        parameter.name = name;
+        parameter.unit = is_force(kind) ? "N/m per unit" : "N m per unit";
+        parameter.meaning = "coefficient of " + terms[k];
+        parameter.default_value = values[k];
+        parameter.lower = -widest * scales[k];
+        parameter.upper = widest * scales[k];
+        parameter.scale = scales[k];
+        text.parameters.push_back(std::move(parameter));
+    }
+    return text;
+}
+
+/// The value of a term at a point of the stem.
+double term_value(UserLawKind kind, const std::string& term, const physics::UserLawInputs& inputs) {
+    const auto expression = physics::compile_expression({"missing_force", kind, term, {}});
+    return (*expression)(inputs, {});
+}
+
+/// Coefficients for which each term, at the largest motion of a stem, is about a thousandth of the
+/// elastic forces.
+std::vector<double> term_scales(UserLawKind kind, const std::vector<std::string>& terms,
+                                const run::CaseSpec& spec) {
+    const double length = spec.stem.free_length();
+    const double turning = 2.0 * std::numbers::pi * physics::first_frequency(spec.stem);
+    physics::UserLawInputs largest;
+    largest.position = length;
+    largest.deflection = std::max(std::abs(spec.tip_deflection), 1e-6 * length);
+    largest.velocity = turning * largest.deflection;
+    largest.curvature = 3.0 * largest.deflection / (length * length);
+    largest.curvature_rate = turning * largest.curvature;
+    const double moment = physics::bending_rigidity(spec.stem) * largest.curvature;
+    const double size = small_share * (is_force(kind) ? moment / (length * length) : moment);
+    std::vector<double> scales;
+    scales.reserve(terms.size());
+    for (const std::string& term : terms)
+        scales.push_back(size / std::abs(term_value(kind, term, largest)));
+    return scales;
+}
+
+/// TOML file of a user's effect.
+std::string as_effect_file(const physics::UserEffectText& text) {
+    std::string out =
+        fmt::format("# Found by culm diagnose: a force that no effect of the library explains."
+                    "\n[effect]\nname = \"{}\"\nsummary = \"{}\"\nkind = \"{}\"\n"
+                    "expression = \"{}\"\nsource = \"{}\"\n",
+                    text.name, text.summary, name_of(text.kind), text.formula, text.source);
+    for (const physics::EffectParameter& parameter : text.parameters)
+        out +=
+            fmt::format("\n[parameters.{}]\nmeaning = \"{}\"\nunit = \"{}\"\ndefault = {:e}\n"
+                        "lower = {:e}\nupper = {:e}\nscale = {:e}\n",
+                        parameter.name, parameter.meaning, parameter.unit, parameter.default_value,
+                        parameter.lower, parameter.upper, parameter.scale);
+    return out;
+}
 
 /// Index of the time block of every reading; blocks of different recordings differ.
 std::vector<int> blocks_of(const fit::Fit& base) {
@@ -116,7 +213,7 @@ void add_curves(UserLawKind kind, const run::CaseSpec& spec, MissingForce& force
     for (int k = 0; k < curve_points; ++k) {
         const double share = 2.0 * k / (curve_points - 1.0) - 1.0;
         physics::UserLawInputs at_rest;
-        at_rest.position = kind == UserLawKind::ForcePerLength ? length : 0.0;
+        at_rest.position = is_force(kind) ? length : 0.0;
         physics::UserLawInputs undeflected = at_rest;
         at_rest.deflection = share * pull;
         at_rest.curvature = curvature * at_rest.deflection;
@@ -144,7 +241,7 @@ std::string character_of(const MissingForce& force, UserLawKind kind, const run:
         // exact for polynomials in sine and cosine up to the number of steps.
         const double angle = 2.0 * std::numbers::pi * (k + 0.5) / steps;
         physics::UserLawInputs inputs;
-        inputs.position = kind == UserLawKind::ForcePerLength ? length : 0.0;
+        inputs.position = is_force(kind) ? length : 0.0;
         inputs.deflection = pull * std::sin(angle);
         inputs.velocity = turning * pull * std::cos(angle);
         inputs.curvature = 3.0 * inputs.deflection / (length * length);
@@ -157,7 +254,7 @@ std::string character_of(const MissingForce& force, UserLawKind kind, const run:
     }
     // A force on the stem takes energy against the velocity; an elastic moment counts as
     // resistance.
-    const double sign = kind == UserLawKind::ForcePerLength ? -1.0 : 1.0;
+    const double sign = is_force(kind) ? -1.0 : 1.0;
     const double dissipated = sign * with_velocity;
     const double restoring = sign * in_phase;
     const double size = std::sqrt(squares);
@@ -198,7 +295,7 @@ MissingForce reconstruct_missing_force(const fit::Fit& base, const fit::Selected
     }
     if (!best)
         return out;
-    out.kind = best->kind == UserLawKind::ForcePerLength ? "force_per_length" : "bending_moment";
+    out.kind = name_of(best->kind);
     fit::SelectedEffects larger = effects;
     larger.push_back(with_terms(best->kind, best->terms, best->values, best->scales));
     const fit::Fit fit = fit::fit_model(larger, base, recordings, options);
