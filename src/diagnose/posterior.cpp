@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
 #include <utility>
 
 namespace culm::diagnose {
@@ -18,8 +19,8 @@ using Names = std::vector<std::string>;
 struct Share {
     std::string effect;
     double fall = 0.0;
-    bool moves_material = false;           ///< Y or β leaves its interval without it
-    const VisitedModel* smaller = nullptr; ///< the model without it, if that was fitted
+    bool moves_material = false;        ///< Y or β leaves its interval without it
+    std::optional<std::size_t> smaller; ///< the visited model without it
 };
 
 class Judgement {
@@ -32,7 +33,8 @@ class Judgement {
 
     /// Effects of a visited model that matter. The smallest immaterial effect is removed, and the
     /// rest are judged without it: if two effects do the same, one remains.
-    [[nodiscard]] Names material(std::size_t model, std::vector<ImmaterialEffect>* rest) const {
+    [[nodiscard]] Names material(std::size_t model,
+                                 std::vector<ImmaterialEffect>* rest = nullptr) const {
         std::vector<Share> shares = shares_of(model);
         while (!shares.empty()) {
             std::ranges::stable_sort(shares, std::greater{}, &Share::fall);
@@ -42,9 +44,8 @@ class Judgement {
             shares.pop_back();
             if (rest != nullptr)
                 rest->push_back({least.effect, std::sqrt(std::max(0.0, least.fall / readings_))});
-            if (least.smaller != nullptr)
-                return material(static_cast<std::size_t>(least.smaller - search_.visited.data()),
-                                rest);
+            if (least.smaller)
+                return material(*least.smaller, rest);
         }
         Names names;
         for (const Share& share : shares)
@@ -54,10 +55,10 @@ class Judgement {
 
     /// The same for a model that adds effects with these falls of χ² to its base model.
     [[nodiscard]] Names material(const UnvisitedModel& model) const {
-        Names names = material(model.base, nullptr);
+        Names names = material(model.base);
         std::vector<Share> shares = shares_of(model.base);
         for (std::size_t k = 0; k < model.added.size(); ++k) {
-            shares.push_back({model.added[k], model.falls[k], false, nullptr});
+            shares.push_back({model.added[k], model.falls[k], false, {}});
             if (is_material(shares))
                 names.push_back(model.added[k]);
             else
@@ -92,25 +93,20 @@ class Judgement {
         return names;
     }
 
-    /// The model without one effect, if it was visited.
-    [[nodiscard]] const VisitedModel* without(const VisitedModel& model, std::size_t k) const {
-        fit::SelectedEffects rest = model.fit.effects;
-        rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
-        const ModelKey key = key_of(rest);
-        const auto found = std::ranges::find_if(search_.visited, [&](const VisitedModel& each) {
-            return key_of(each.fit.effects) == key && !each.fit.failed();
-        });
-        return found == search_.visited.end() ? nullptr : &*found;
-    }
-
     [[nodiscard]] std::vector<Share> shares_of(std::size_t place) const {
         const VisitedModel& model = search_.visited[place];
         std::vector<Share> shares;
         for (std::size_t k = options_.known.size(); k < model.fit.effects.size(); ++k) {
             Share share;
             share.effect = model.fit.effects[k].effect->name();
-            if (const VisitedModel* smaller = without(model, k)) {
-                share.smaller = smaller;
+            fit::SelectedEffects rest = model.fit.effects;
+            rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
+            const ModelKey key = key_of(rest);
+            const auto smaller = std::ranges::find_if(search_.visited, [&](const auto& each) {
+                return key_of(each.fit.effects) == key && !each.fit.failed();
+            });
+            if (smaller != search_.visited.end()) {
+                share.smaller = static_cast<std::size_t>(smaller - search_.visited.begin());
                 share.fall = misfit(*smaller) - misfit(model);
                 share.moves_material =
                     share.fall > fit::contradiction * fit::contradiction && moves(*smaller, model);
@@ -176,174 +172,142 @@ physics::EffectPointer effect_of(const SearchOptions& options, const std::string
     return nullptr;
 }
 
-class Probabilities {
-  public:
-    Probabilities(const SearchResult& search, const SearchOptions& options, bool leaves_structure,
-                  const Policy& policy)
-        : search_(search), options_(options), leaves_structure_(leaves_structure), policy_(policy),
-          judgement_(search, options, policy) {
-        best_ = log_evidence(search.visited[search.best].evidence, search.noise);
-    }
+/// The special cases of the effects that are general laws, as far as the fit determines them.
+Names resolved_in(Names names, const fit::Fit& fit, const SearchOptions& options) {
+    for (std::string& name : names)
+        if (const physics::EffectPointer effect = effect_of(options, name))
+            name = special_case_of(*effect, fit);
+    return names;
+}
 
-    [[nodiscard]] Posterior compute() {
-        Posterior out;
-        for (std::size_t k = 0; k < search_.visited.size(); ++k)
-            add_visited(k, out);
-        for (const UnvisitedModel& model : search_.unvisited)
-            add_unvisited(model);
-        for (ModelProbability& model : out.models)
-            model.probability /= total_;
-        finish(out);
-        (void)judgement_.material(search_.best, &out.immaterial);
-        return out;
+/// Adds the probability of a model to the explanation by the same effects.
+void add(Explanation found, const std::vector<VisitedModel>& visited,
+         std::map<Names, Explanation>& sets) {
+    std::ranges::sort(found.effects);
+    const auto [place, is_new] = sets.try_emplace(found.effects, found);
+    if (is_new)
+        return;
+    Explanation& entry = place->second;
+    entry.probability += found.probability;
+    const bool is_likelier = visited[found.model].log_evidence > visited[entry.model].log_evidence;
+    if (found.is_exact != entry.is_exact ? found.is_exact : is_likelier) {
+        entry.model = found.model;
+        entry.is_exact = found.is_exact;
     }
+}
 
-  private:
-    void add_visited(std::size_t k, Posterior& out) {
-        const VisitedModel& visited = search_.visited[k];
-        ModelProbability& model = out.models.emplace_back();
-        for (std::size_t e = options_.known.size(); e < visited.fit.effects.size(); ++e)
-            model.effects.push_back(visited.fit.effects[e].effect->name());
-        if (visited.fit.failed()) {
-            model.failure = visited.fit.reason;
+/// Each effect with its family, in the order of families and names.
+std::vector<NamedFamily> named_families(const Names& names, const SearchOptions& options) {
+    std::vector<NamedFamily> named;
+    for (const std::string& name : names) {
+        const physics::EffectPointer effect = effect_of(options, name);
+        named.push_back({(effect ? effect : physics::effect_named(name))->family(), {name}});
+    }
+    std::ranges::sort(named, {}, [](const NamedFamily& each) {
+        return std::pair(each.family, each.members.front());
+    });
+    return named;
+}
+
+/// Names the members that hold the probability of a set of families.
+void name_members(const std::vector<Explanation>& explanations, const SearchOptions& options,
+                  const Policy& policy, FamilyExplanation& entry) {
+    double held = 0.0;
+    for (const Explanation& explanation : explanations) {
+        if (held >= policy.held_probability * entry.probability)
             return;
-        }
-        model.log_evidence = log_evidence(visited.evidence, search_.noise) - best_;
-        if (!visited.evidence.absent_effects.empty())
-            return; // it is a smaller model
-        model.probability =
-            is_rival(visited) ? 1.0 : std::exp(model.log_evidence / policy_.temperature);
-        total_ += model.probability;
-        Names names = resolved_in(judgement_.material(k, nullptr), visited.fit);
-        const bool is_exact = names.size() == model.effects.size();
-        add(std::move(names), model.probability, k, is_exact);
-    }
-
-    /// Does the model explain as much as laws of this accuracy can, without more effects than the
-    /// best model?
-    [[nodiscard]] bool is_rival(const VisitedModel& model) const {
-        const VisitedModel& best = search_.visited[search_.best];
-        if (!leaves_structure_ || model.fit.effects.size() > best.fit.effects.size())
-            return false;
-        return judgement_.excess(model) <=
-               policy_.unexplained_share * judgement_.excess(search_.visited.front());
-    }
-
-    void add_unvisited(const UnvisitedModel& model) {
-        const double probability =
-            std::exp((model.log_evidence - search_.visited[search_.best].log_evidence) /
-                     (policy_.temperature * search_.noise.mean_known()));
-        total_ += probability;
-        add(resolved_in(judgement_.material(model), search_.visited[model.base].fit), probability,
-            search_.best, false);
-    }
-
-    [[nodiscard]] Names resolved_in(Names names, const fit::Fit& fit) const {
-        for (std::string& name : names)
-            if (const physics::EffectPointer effect = effect_of(options_, name))
-                name = special_case_of(*effect, fit);
-        return names;
-    }
-
-    void add(Names names, double probability, std::size_t model, bool is_exact) {
-        std::ranges::sort(names);
-        Explanation& entry =
-            sets_.try_emplace(names, Explanation{names, 0.0, model, is_exact}).first->second;
-        entry.probability += probability;
-        if (is_exact != entry.is_exact ? is_exact : is_likelier(model, entry.model)) {
-            entry.model = model;
-            entry.is_exact = is_exact;
+        const std::vector<NamedFamily> named = named_families(explanation.effects, options);
+        if (!std::ranges::equal(named, entry.families, {}, &NamedFamily::family,
+                                &NamedFamily::family))
+            continue;
+        held += explanation.probability;
+        for (std::size_t k = 0; k < named.size(); ++k) {
+            std::vector<std::string>& members = entry.families[k].members;
+            if (std::ranges::find(members, named[k].members.front()) == members.end())
+                members.push_back(named[k].members.front());
         }
     }
+}
 
-    [[nodiscard]] bool is_likelier(std::size_t one, std::size_t other) const {
-        return search_.visited[one].log_evidence > search_.visited[other].log_evidence;
-    }
-
-    void finish(Posterior& out) {
-        std::map<std::vector<physics::Family>, FamilyExplanation> families;
-        for (auto& [names, explanation] : sets_) {
-            explanation.probability /= total_;
-            const std::vector<NamedFamily> named = named_families(names);
-            FamilyExplanation& entry = families[families_of(named)];
-            if (entry.families.empty())
-                for (const NamedFamily& each : named)
-                    entry.families.push_back({each.family, {}});
-            entry.probability += explanation.probability;
-            if (explanation.probability > entry.largest) {
-                entry.largest = explanation.probability;
-                entry.model = explanation.model;
-            }
-            out.explanations.push_back(explanation);
+/// Adds the explanations, whose probabilities sum to `total`, and their sets of families.
+void add_explanations(std::map<Names, Explanation> sets, double total, const SearchOptions& options,
+                      const Policy& policy, Posterior& out) {
+    std::map<std::vector<physics::Family>, FamilyExplanation> by_family;
+    for (auto& [names, explanation] : sets) {
+        explanation.probability /= total;
+        std::vector<NamedFamily> families = named_families(names, options);
+        std::vector<physics::Family> key;
+        for (NamedFamily& each : families) {
+            key.push_back(each.family);
+            each.members.clear();
         }
-        std::ranges::stable_sort(out.explanations, std::greater{}, &Explanation::probability);
-        for (auto& [key, entry] : families)
-            out.by_family.push_back(std::move(entry));
-        std::ranges::stable_sort(out.by_family, std::greater{}, &FamilyExplanation::probability);
-        for (FamilyExplanation& entry : out.by_family)
-            name_members(out.explanations, entry);
-    }
-
-    /// Names the members that hold the probability of a set of families.
-    void name_members(const std::vector<Explanation>& explanations,
-                      FamilyExplanation& entry) const {
-        double held = 0.0;
-        for (const Explanation& explanation : explanations) {
-            if (held >= policy_.held_probability * entry.probability)
-                return;
-            const std::vector<NamedFamily> named = named_families(explanation.effects);
-            if (families_of(named) != families_of(entry.families))
-                continue;
-            held += explanation.probability;
-            for (std::size_t k = 0; k < named.size(); ++k) {
-                std::vector<std::string>& members = entry.families[k].members;
-                if (std::ranges::find(members, named[k].members.front()) == members.end())
-                    members.push_back(named[k].members.front());
-            }
+        FamilyExplanation& entry = by_family[key];
+        entry.families = std::move(families);
+        entry.probability += explanation.probability;
+        if (explanation.probability > entry.largest) {
+            entry.largest = explanation.probability;
+            entry.model = explanation.model;
         }
+        out.explanations.push_back(explanation);
     }
-
-    /// Each effect with its family, in the order of families and names.
-    [[nodiscard]] std::vector<NamedFamily> named_families(const Names& names) const {
-        std::vector<NamedFamily> named;
-        for (const std::string& name : names)
-            named.push_back({family_named(name), {name}});
-        std::ranges::sort(named, {}, [](const NamedFamily& each) {
-            return std::pair(each.family, each.members.front());
-        });
-        return named;
+    std::ranges::stable_sort(out.explanations, std::greater{}, &Explanation::probability);
+    for (auto& [key, entry] : by_family) {
+        name_members(out.explanations, options, policy, entry);
+        out.by_family.push_back(std::move(entry));
     }
-
-    [[nodiscard]] static std::vector<physics::Family>
-    families_of(const std::vector<NamedFamily>& named) {
-        std::vector<physics::Family> families;
-        families.reserve(named.size());
-        for (const NamedFamily& each : named)
-            families.push_back(each.family);
-        return families;
-    }
-
-    [[nodiscard]] physics::Family family_named(const std::string& name) const {
-        if (const physics::EffectPointer effect = effect_of(options_, name))
-            return effect->family();
-        return physics::effect_named(name)->family();
-    }
-
-    const SearchResult& search_;
-    const SearchOptions& options_;
-    bool leaves_structure_;
-    const Policy& policy_;
-    Judgement judgement_;
-    double best_ = 0.0;
-    double total_ = 0.0;
-    std::map<Names, Explanation> sets_;
-};
+    std::ranges::stable_sort(out.by_family, std::greater{}, &FamilyExplanation::probability);
+}
 
 } // namespace
 
 Posterior posterior_of(const SearchResult& search, const SearchOptions& options,
                        bool leaves_structure, const Policy& policy) {
-    return Probabilities(search, options, leaves_structure, policy).compute();
+    const Judgement judgement(search, options, policy);
+    const VisitedModel& best = search.visited[search.best];
+    // Does the model explain as much as laws of this accuracy can, without more effects than the
+    // best model?
+    const auto is_rival = [&](const VisitedModel& model) {
+        return leaves_structure && model.fit.effects.size() <= best.fit.effects.size() &&
+               judgement.excess(model) <=
+                   policy.unexplained_share * judgement.excess(search.visited.front());
+    };
+    Posterior out;
+    std::map<Names, Explanation> sets;
+    double total = 0.0;
+    const double best_evidence = log_evidence(best.evidence, search.noise);
+    for (std::size_t k = 0; k < search.visited.size(); ++k) {
+        const VisitedModel& visited = search.visited[k];
+        ModelProbability& model = out.models.emplace_back();
+        for (std::size_t e = options.known.size(); e < visited.fit.effects.size(); ++e)
+            model.effects.push_back(visited.fit.effects[e].effect->name());
+        if (visited.fit.failed()) {
+            model.failure = visited.fit.reason;
+            continue;
+        }
+        model.log_evidence = log_evidence(visited.evidence, search.noise) - best_evidence;
+        if (!visited.evidence.absent_effects.empty())
+            continue; // it is a smaller model
+        model.probability =
+            is_rival(visited) ? 1.0 : std::exp(model.log_evidence / policy.temperature);
+        total += model.probability;
+        const Names names = judgement.material(k);
+        add({resolved_in(names, visited.fit, options), model.probability, k,
+             names.size() == model.effects.size()},
+            search.visited, sets);
+    }
+    for (const UnvisitedModel& model : search.unvisited) {
+        const double probability = std::exp((model.log_evidence - best.log_evidence) /
+                                            (policy.temperature * search.noise.mean_known()));
+        total += probability;
+        add({resolved_in(judgement.material(model), search.visited[model.base].fit, options),
+             probability, search.best, false},
+            search.visited, sets);
+    }
+    for (ModelProbability& model : out.models)
+        model.probability /= total;
+    add_explanations(std::move(sets), total, options, policy, out);
+    (void)judgement.material(search.best, &out.immaterial);
+    return out;
 }
 
 } // namespace culm::diagnose
