@@ -55,7 +55,6 @@ class ColumnsOfEffect {
                 own_.push_back(parameter);
         is_seen_as_planar_ = run::dimensions_of(base.parts[first_].model.spec) == 2 &&
                              !fit::planar_models(models_[first_]).empty();
-        belongs_to_recording_ = !own_.empty() && fit::belongs_to_recording(own_.front().access.id);
     }
 
     [[nodiscard]] EffectColumns compute() {
@@ -296,7 +295,7 @@ class ColumnsOfEffect {
         EffectColumn column{difference(changed, from, 1.0 / small_change)};
         column.parameter = parameter;
         column.is_one_sided = is_one_sided;
-        if (!belongs_to_recording_ || recordings_.size() == 1) {
+        if (!fit::belongs_to_recording(own_.front().access.id) || recordings_.size() == 1) {
             node.columns.push_back(std::move(column));
             return;
         }
@@ -334,7 +333,6 @@ class ColumnsOfEffect {
     fit::StartModels models_;
     std::size_t first_ = 0;
     std::vector<fit::FreeParameter> own_;
-    bool belongs_to_recording_ = false;
     std::string failure_;
 };
 

@@ -26,24 +26,9 @@ constexpr double extrapolation = 2.0;
 
 /// log Σ exp over the points of the grids, and the likeliest point.
 struct LinearEvidence::Sum {
-    double largest = -std::numeric_limits<double>::infinity();
-    double total = 0.0; ///< over exp(largest)
+    double total = 0.0; ///< over exp(log evidence of the likeliest point)
     double points = 0.0;
-    std::vector<std::size_t> nodes;
-    std::vector<std::vector<double>> amounts;
-    std::vector<double> falls;
-
-    /// True if it is the largest so far.
-    bool add(double log_value) {
-        const bool is_largest = log_value > largest;
-        if (is_largest) {
-            total = total * std::exp(largest - log_value) + 1.0;
-            largest = log_value;
-        } else {
-            total += std::exp(log_value - largest);
-        }
-        return is_largest;
-    }
+    PredictedGain likeliest{-std::numeric_limits<double>::infinity(), {}, {}, {}};
 };
 
 LinearEvidence::LinearEvidence(const StackedReadings& stacked,
@@ -98,15 +83,10 @@ PredictedGain LinearEvidence::gain(std::span<const std::size_t> candidates) cons
     Sum sum;
     std::vector<std::size_t> chosen;
     add(candidates, chosen, sum);
-    PredictedGain out;
-    out.log_evidence = sum.largest == -std::numeric_limits<double>::infinity()
-                           ? sum.largest
-                           : sum.largest + std::log(sum.total / sum.points) +
-                                 static_cast<double>(candidates.size()) * log_prior_odds();
-    out.nodes = std::move(sum.nodes);
-    out.amounts = std::move(sum.amounts);
-    out.falls = std::move(sum.falls);
-    return out;
+    if (sum.total > 0.0)
+        sum.likeliest.log_evidence = sum.likeliest.log_evidence + std::log(sum.total / sum.points) +
+                                     static_cast<double>(candidates.size()) * log_prior_odds();
+    return std::move(sum.likeliest);
 }
 
 void LinearEvidence::add(std::span<const std::size_t> candidates, std::vector<std::size_t>& chosen,
@@ -191,17 +171,19 @@ void LinearEvidence::add_point(std::span<const std::size_t> candidates,
                    amounts[node->columns.front()] * amounts[node->columns.back()] <= 0.0;
         }))
         return;
-    if (sum.add(log_value))
-        keep(candidates, nodes, amounts, sum);
+    const double largest = sum.likeliest.log_evidence;
+    if (log_value > largest) {
+        sum.total = sum.total * std::exp(largest - log_value) + 1.0;
+        sum.likeliest = point(log_value, candidates, nodes, amounts);
+    } else {
+        sum.total += std::exp(log_value - largest);
+    }
 }
 
-/// Stores the likeliest point.
-void LinearEvidence::keep(std::span<const std::size_t> candidates,
-                          const std::vector<const Node*>& nodes,
-                          std::map<Eigen::Index, double>& amounts, Sum& sum) const {
-    sum.nodes.clear();
-    sum.falls.clear();
-    sum.amounts.clear();
+PredictedGain LinearEvidence::point(double log_value, std::span<const std::size_t> candidates,
+                                    const std::vector<const Node*>& nodes,
+                                    std::map<Eigen::Index, double>& amounts) const {
+    PredictedGain out{log_value, {}, {}, {}};
     for (std::size_t e = 0; e < nodes.size(); ++e) {
         const Node& node = *nodes[e];
         std::size_t nearest = node.first;
@@ -210,7 +192,7 @@ void LinearEvidence::keep(std::span<const std::size_t> candidates,
             nearest = std::ranges::find_if(nodes_[candidates[e]], [&](const Node& each) {
                           return !each.is_between && each.columns.front() == node.columns.back();
                       })->first;
-        std::vector<double>& own = sum.amounts.emplace_back();
+        std::vector<double>& own = out.amounts.emplace_back();
         // aᵀ G a of its columns is an upper bound of what it explains in addition to the others.
         double fall = 0.0;
         for (const Eigen::Index i : node.columns) {
@@ -220,9 +202,10 @@ void LinearEvidence::keep(std::span<const std::size_t> candidates,
         }
         if (node.is_between)
             own = {own.front() + own.back()};
-        sum.falls.push_back(fall);
-        sum.nodes.push_back(nearest);
+        out.falls.push_back(fall);
+        out.nodes.push_back(nearest);
     }
+    return out;
 }
 
 Eigen::VectorXd LinearEvidence::own_change(std::span<const std::size_t> candidates,

@@ -60,8 +60,9 @@ class LinearEvidence {
              Sum& sum) const;
     void add_point(std::span<const std::size_t> candidates, const std::vector<std::size_t>& chosen,
                    Sum& sum) const;
-    void keep(std::span<const std::size_t> candidates, const std::vector<const Node*>& nodes,
-              std::map<Eigen::Index, double>& amounts, Sum& sum) const;
+    [[nodiscard]] PredictedGain point(double log_value, std::span<const std::size_t> candidates,
+                                      const std::vector<const Node*>& nodes,
+                                      std::map<Eigen::Index, double>& amounts) const;
     [[nodiscard]] double solve(const std::vector<Eigen::Index>& sizes,
                                const std::vector<Eigen::Index>& certain,
                                std::map<Eigen::Index, double>& amounts) const;
