@@ -11,7 +11,6 @@
 #include <utility>
 
 namespace culm::diagnose {
-
 namespace {
 
 /// Position along the secant from the model without the effect to the node, as a fraction.
@@ -57,16 +56,9 @@ void place_effect(const CandidateView& view, const EffectNode& node,
     }
 }
 
-fit::StartModels with_superposition(fit::StartModels models, bool is_superposed) {
+void set_superposed(fit::StartModels& models, bool is_superposed) {
     for (fit::StemModel& model : models)
         model.is_superposed = is_superposed;
-    return models;
-}
-
-PlannedModel superposed(PlannedModel planned) {
-    if (planned.start)
-        planned.start = with_superposition(*std::move(planned.start), true);
-    return planned;
 }
 
 /// Models that start from the fit are superposed too.
@@ -85,17 +77,15 @@ bool is_superposable(const fit::SelectedEffects& effects) {
     });
 }
 
-fit::Fit fitted(const PlannedModel& planned, const fit::Fit& smaller,
-                std::span<const fit::ObservedRecording> recordings,
+fit::Fit fitted(const fit::SelectedEffects& effects, const std::optional<fit::StartModels>& start,
+                const fit::Fit& smaller, std::span<const fit::ObservedRecording> recordings,
                 const fit::FitOptions& options) {
     fit::Fit fit;
-    int runs = 0;
-    if (planned.start && smaller.moves()) {
-        fit = fit::refined(*planned.start, planned.effects, smaller, recordings, options);
-        runs = fit.runs;
-    }
+    if (start && smaller.moves())
+        fit = fit::refined(*start, effects, smaller, recordings, options);
     if (fit.failed()) {
-        fit = fit::fit_with_parts(planned.effects, smaller, recordings, options);
+        const int runs = fit.runs;
+        fit = fit::fit_with_parts(effects, smaller, recordings, options);
         fit.runs += runs;
     }
     return fit;
@@ -231,16 +221,21 @@ FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
                         const fit::SelectedEffects& known, const fit::FitOptions& options) {
     fit::Fit fit;
     if (is_superposable(planned.effects) && smaller.moves()) {
-        fit::Fit near = fitted(superposed(planned), superposed(smaller), recordings, options);
+        std::optional<fit::StartModels> start = planned.start;
+        if (start)
+            set_superposed(*start, true);
+        const fit::Fit near =
+            fitted(planned.effects, start, superposed(smaller), recordings, options);
         if (!near.failed()) {
-            fit = fit::refined(with_superposition(fit::start_from(near), false), planned.effects,
-                               smaller, recordings, options);
+            start = fit::start_from(near);
+            set_superposed(*start, false);
+            fit = fit::refined(*start, planned.effects, smaller, recordings, options);
             fit.runs += near.runs;
         }
     }
     if (fit.failed()) {
         const int runs = fit.runs;
-        fit = fitted(planned, smaller, recordings, options);
+        fit = fitted(planned.effects, planned.start, smaller, recordings, options);
         fit.runs += runs;
     }
     FittedModel out;
