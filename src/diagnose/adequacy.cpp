@@ -67,9 +67,8 @@ void adjust(Verdict& verdict, const Policy& policy) {
     for (std::size_t k = 0; k < adjusted.size(); ++k) {
         verdict.tests[k].adjusted_p_value = adjusted[k];
         verdict.p_value = std::min(verdict.p_value, adjusted[k]);
-        if (adjusted[k] >= policy.lack_of_fit_level)
-            continue;
-        verdict.failed_tests.push_back(verdict.tests[k].name);
+        if (adjusted[k] < policy.lack_of_fit_level)
+            verdict.failed_tests.push_back(verdict.tests[k].name);
     }
     verdict.finding = verdict.failed_tests.empty() ? Finding::Adequate : Finding::Inadequate;
     verdict.reason = fmt::format("{}", fmt::join(verdict.failed_tests, ", "));

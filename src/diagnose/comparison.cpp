@@ -6,14 +6,10 @@
 #include <utility>
 
 namespace culm::diagnose {
-namespace {
-
-constexpr std::size_t parts = 3;
-
-} // namespace
 
 Comparison compare(const fit::Fit& stated, const fit::Fit& judged,
                    const measure::Measurement& measurement, const Policy& policy) {
+    constexpr std::size_t parts = 3;
     const fit::RecordingFit& fit = stated.parts.front();
     const fit::RecordingFit& tested = judged.parts.front();
     Comparison result;

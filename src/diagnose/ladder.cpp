@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -14,15 +15,6 @@
 
 namespace culm::diagnose {
 namespace {
-
-std::vector<std::string> difference(const std::vector<std::string>& larger,
-                                    const std::vector<std::string>& smaller) {
-    std::vector<std::string> added;
-    for (const std::string& name : larger)
-        if (std::ranges::find(smaller, name) == smaller.end())
-            added.push_back(name);
-    return added;
-}
 
 double relative_change(const fit::Fit& now, const fit::Fit& before,
                        double physics::StemParameters<double>::*member) {
@@ -76,7 +68,10 @@ void judge_models(Ladder& ladder, const Policy& policy) {
         LadderModel& model = ladder.models[k];
         const LadderModel& before = ladder.models[best];
         model.compared_with = best;
-        model.added = difference(model.fit.names, before.fit.names);
+        std::ranges::copy_if(
+            model.fit.names, std::back_inserter(model.added), [&](const auto& name) {
+                return std::ranges::find(before.fit.names, name) == before.fit.names.end();
+            });
         model.log_evidence_gain = model.log_evidence - before.log_evidence;
         model.is_gain = model.fit.is_fitted() && model.log_evidence_gain >= least_gain;
         model.why = why(model, least_gain);
@@ -105,13 +100,11 @@ Ladder climb(const measure::Measurement& measurement,
         LadderModel& added = ladder.models.emplace_back();
         added.stated = std::move(model.stated);
         added.fit = std::move(model.judged);
-    }
-    for (LadderModel& model : ladder.models) {
-        ladder.comparison.emplace_back();
-        if (model.fit.failed())
+        std::optional<std::size_t>& comparison = ladder.comparison.emplace_back();
+        if (added.fit.failed())
             continue;
-        ladder.comparison.back() = ladder.comparisons.size();
-        ladder.comparisons.push_back(compare(model.stated, model.fit, measurement, policy));
+        comparison = ladder.comparisons.size();
+        ladder.comparisons.push_back(compare(added.stated, added.fit, measurement, policy));
     }
     add_log_evidence(ladder, fits.recordings);
     judge_models(ladder, policy);

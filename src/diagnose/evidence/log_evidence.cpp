@@ -55,7 +55,8 @@ double usual_size(const physics::EffectParameter& card, const fit::StemModel& mo
 Eigen::MatrixXd add_priors(const StackedReadings& stacked, const fit::JointLayout& layout,
                            const fit::StartModels& models, const fit::SelectedEffects& known,
                            std::vector<Eigen::Index>& others, ModelEvidence& out) {
-    std::vector<Eigen::VectorXd> columns;
+    std::vector<Eigen::Index> own;
+    std::vector<double> slopes;
     for (std::size_t k = 0; k < layout.ids.size(); ++k) {
         const fit::JointLayout::Owner& owner = layout.owners[k];
         const fit::StemModel& model = models[owner.model];
@@ -71,13 +72,13 @@ Eigen::MatrixXd add_priors(const StackedReadings& stacked, const fit::JointLayou
         const double value = model.value(owner.parameter);
         out.log_prior += prior.log_density(to_coordinate(parameter.fitted_as, value));
         out.prior_precision.push_back(prior.precision());
-        columns.emplace_back(stacked.jacobian.col(static_cast<Eigen::Index>(k)) /
-                             coordinate_slope(parameter.fitted_as, value));
+        own.push_back(static_cast<Eigen::Index>(k));
+        slopes.push_back(coordinate_slope(parameter.fitted_as, value));
     }
-    Eigen::MatrixXd out_columns(stacked.jacobian.rows(), static_cast<Eigen::Index>(columns.size()));
-    for (std::size_t k = 0; k < columns.size(); ++k)
-        out_columns.col(static_cast<Eigen::Index>(k)) = columns[k];
-    return out_columns;
+    Eigen::MatrixXd columns = stacked.jacobian(Eigen::all, own);
+    for (std::size_t k = 0; k < slopes.size(); ++k)
+        columns.col(static_cast<Eigen::Index>(k)) /= slopes[k];
+    return columns;
 }
 
 /// Is a parameter at the bound where its effect is absent?
@@ -95,15 +96,9 @@ bool is_at_absence(const fit::FittedParameter& parameter) {
 } // namespace
 
 double to_coordinate(FittedAs fitted_as, double value) {
-    switch (fitted_as) {
-    case FittedAs::Logarithm:
-        return std::log(value);
-    case FittedAs::Inverse:
-        return 1.0 / value;
-    case FittedAs::Itself:
-        break;
-    }
-    return value;
+    return fitted_as == FittedAs::Logarithm ? std::log(value)
+           : fitted_as == FittedAs::Inverse ? 1.0 / value
+                                            : value;
 }
 
 double from_coordinate(FittedAs fitted_as, double coordinate) {
@@ -113,15 +108,9 @@ double from_coordinate(FittedAs fitted_as, double coordinate) {
 }
 
 double coordinate_slope(FittedAs fitted_as, double value) {
-    switch (fitted_as) {
-    case FittedAs::Logarithm:
-        return 1.0 / value;
-    case FittedAs::Inverse:
-        return -1.0 / (value * value);
-    case FittedAs::Itself:
-        break;
-    }
-    return 1.0;
+    return fitted_as == FittedAs::Logarithm ? 1.0 / value
+           : fitted_as == FittedAs::Inverse ? -1.0 / (value * value)
+                                            : 1.0;
 }
 
 double ParameterPrior::log_density(double coordinate) const {
