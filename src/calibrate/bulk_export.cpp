@@ -17,17 +17,14 @@
 namespace culm::calibrate {
 namespace {
 
-void require_law(const BulkStem& bulk, const char* law, const char* code) {
+/// Throws core::InputError if the stem would not vibrate in the code as it was calibrated: under
+/// another law, or without an effect that has no input line.
+void require_exportable(const BulkStem& bulk, const char* law, const char* code) {
     if (bulk.law != law)
         throw core::InputError(
             fmt::format("{}: calibrated under law \"{}\", but {} has law \"{}\", which damps "
                         "differently at the same beta; calibrate with --law {}",
                         bulk.id, bulk.law, code, law, law));
-}
-
-/// An effect without an input line would be lost without notice: the stem would not vibrate as it
-/// was calibrated.
-void require_lines_for_all_effects(const BulkStem& bulk, const char* code) {
     std::vector<std::string> unknown;
     for (const StoredEffect& effect : bulk.effects)
         if (effect.name != "tip_mass" && effect.name != "gravity")
@@ -174,8 +171,7 @@ void leave_out(std::span<BulkStem> stems, std::span<const std::string> names) {
 }
 
 std::string liggghts_lines(const BulkStem& bulk, TypeNumbers& next) {
-    require_law(bulk, "schramm2019", "the authors' code");
-    require_lines_for_all_effects(bulk, "the authors' code");
+    require_exportable(bulk, "schramm2019", "the authors' code");
     const physics::StemParameters<double>& stem = bulk.stem;
     const double stiffness = stem.bond_youngs_modulus * std::numbers::pi *
                              stem.bond_outer_diameter * stem.bond_outer_diameter /
@@ -197,8 +193,7 @@ std::string liggghts_lines(const BulkStem& bulk, TypeNumbers& next) {
 }
 
 std::string lammps_lines(const BulkStem& bulk, LammpsVersion version, TypeNumbers& next) {
-    require_law(bulk, "consistent", "LAMMPS's bpm/rotational");
-    require_lines_for_all_effects(bulk, "LAMMPS's bpm/rotational");
+    require_exportable(bulk, "consistent", "LAMMPS's bpm/rotational");
     const bool is_new = version == LammpsVersion::From4July2026;
     const physics::StemParameters<double>& stem = bulk.stem;
     const auto bond = physics::make_bond_coefficients(stem, physics::consistent_law());
