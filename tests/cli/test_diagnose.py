@@ -138,10 +138,11 @@ class Answers(Diagnose):
 
 class SeveralRecordings(Diagnose):
     def test_share_the_material_and_have_their_own_releases(self):
-        shutil.copytree(DRAG, self.folder / "both" / "a")
-        shutil.copytree(DRAG, self.folder / "both" / "b")
-        stem = self.folder / "both" / "b" / "stem.toml"
-        stem.write_text(stem.read_text("utf-8").replace('id = "T2"', 'id = "T2.again"'), "utf-8")
+        for folder, name in (("a", "T2"), ("b", "T2.again")):
+            shutil.copytree(DRAG, self.folder / "both" / folder)
+            stem = self.folder / "both" / folder / "stem.toml"
+            stem.write_text(stem.read_text("utf-8").replace(
+                'id = "T2"', f'id = "{name}"\nspecimen = "T2"'), "utf-8")
         finished, found = self.diagnose("both", *COARSE, "--candidates", "quadratic_drag")
         self.assertEqual(found["measurement"], "T2+T2.again")
         self.assertEqual(found["measurements"], ["T2", "T2.again"])

@@ -180,6 +180,19 @@ class Diagnose(OfMeasurements, unittest.TestCase):
         shutil.copy(ROOT / "config" / "effects" / "any_power_drag.toml", folder / "my_effect.toml")
 
 
+class Laboratory(OfMeasurements, unittest.TestCase):
+    page = DOCS / "laboratory.md"
+    small = {"diagnose": "--spheres 12 --candidates clamp_compliance"}
+
+    def given(self, folder: Path):
+        super().given(folder)
+        for name in ("M", "N"):
+            shutil.copytree(folder / name, folder / "LAB" / name)
+            settings = folder / "LAB" / name / "stem.toml"
+            settings.write_text(settings.read_text("utf-8").replace("[stem]", '[stem]\nrig = "A"'),
+                                "utf-8")
+
+
 class Track(Reference, unittest.TestCase):
     page = DOCS / "tracking.md"
 
