@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/error.hpp"
 #include "measure/track/frames/frame_from_opencv.hpp"
+
+#include "core/error.hpp"
 
 #include <algorithm>
 #include <array>
