@@ -4,6 +4,7 @@
 #include "present/files.hpp"
 #include "present/parameters.hpp"
 #include "present/text.hpp"
+#include "reduce/distributions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -125,16 +126,18 @@ std::string stem_table(const Laboratory& laboratory) {
     std::string text = "\nstem          Y before      Y after (GPa)      beta before    beta after"
                        "      residual/noise  own effects\n";
     for (const StemAnswer& stem : laboratory.stems)
-        text += stem.failure.empty()
-                    ? fmt::format("{:<12} {:>9.4g}   {:>9.4g} ± {:<9.2g} {:>9.4g}   {:>9.4g} ± "
-                                  "{:<9.2g} {:>5.2f} {:>5.2f}  {}\n",
-                                  stem.name, stem.before.youngs_modulus / pascals_per_gpa,
-                                  stem.after.youngs_modulus / pascals_per_gpa,
-                                  1.96 * stem.after.youngs_modulus_error / pascals_per_gpa,
-                                  stem.before.damping, stem.after.damping,
-                                  1.96 * stem.after.damping_error, stem.over_noise_before,
-                                  stem.over_noise, fmt::join(stem.own, ", "))
-                    : fmt::format("{:<12} left out\n", stem.name);
+        text +=
+            stem.failure.empty()
+                ? fmt::format("{:<12} {:>9.4g}   {:>9.4g} ± {:<9.2g} {:>9.4g}   {:>9.4g} ± "
+                              "{:<9.2g} {:>5.2f} {:>5.2f}  {}\n",
+                              stem.name, stem.before.youngs_modulus / pascals_per_gpa,
+                              stem.after.youngs_modulus / pascals_per_gpa,
+                              reduce::normal_quantile_95 * stem.after.youngs_modulus_error /
+                                  pascals_per_gpa,
+                              stem.before.damping, stem.after.damping,
+                              reduce::normal_quantile_95 * stem.after.damping_error,
+                              stem.over_noise_before, stem.over_noise, fmt::join(stem.own, ", "))
+                : fmt::format("{:<12} left out\n", stem.name);
     text += "\nmodels, log evidence over the published chain\n";
     for (std::size_t k = 0; k < laboratory.models.size(); ++k)
         text += fmt::format("{:>10.1f}  {}\n", laboratory.log_evidence[k], laboratory.models[k]);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The results of culm diagnose for several specimens (docs/diagnosis.md, "Laboratories").
+// The results of culm diagnose for several specimens (docs/laboratory.md).
 #pragma once
 
 #include "diagnose/laboratory/laboratory.hpp"

@@ -191,5 +191,17 @@ TEST(Laboratory, NamesNothingWhereTheChainIsRight) {
         EXPECT_NE(limit.of_one, limit.of_all);
 }
 
+TEST(Laboratory, DoesNotNameWhatIsKnown) {
+    std::vector<beam::RecordingSpec> specs{stem_of_laboratory(0, 1.1), stem_of_laboratory(1, 1.1)};
+    diagnose::DiagnosisOptions options = quick_diagnosis("clamp_compliance");
+    options.candidate.chain.spheres = 24;
+    options.known = physics::parse_effects("quadratic_drag", {});
+    const diagnose::Laboratory found = diagnose_laboratory(laboratory(specs), options);
+    EXPECT_EQ(found.conclusion, Conclusion::Adequate) << found.reason;
+    ASSERT_FALSE(found.effects.empty());
+    EXPECT_TRUE(found.effects.front().is_known);
+    EXPECT_NEAR(found.effects.front().values.front().value, 1.1, 0.3);
+}
+
 } // namespace
 } // namespace culm::tests

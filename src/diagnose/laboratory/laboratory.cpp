@@ -42,7 +42,9 @@ double over_noise(const fit::Fit& fit) {
 
 /// Adds the uncertainty of the shared numbers, which the stem's own numbers follow.
 void add_shared_uncertainty(const StemFit& stem, const SharedMinimum& shared,
-                            const Eigen::MatrixXd& covariance, StemNumbers& numbers) {
+                            const Eigen::MatrixXd& covariance,
+                            const std::map<std::string, SharedPrior>& priors,
+                            StemNumbers& numbers) {
     const SharedBlock& block = stem.block;
     if (block.names.empty())
         return;
@@ -51,7 +53,7 @@ void add_shared_uncertainty(const StemFit& stem, const SharedMinimum& shared,
     std::vector<Eigen::Index> effects; // the error terms are in the budget already
     std::vector<Eigen::Index> places;
     for (Eigen::Index k = 0; k < block.size(); ++k)
-        if (block.names[static_cast<std::size_t>(k)].find('.') != std::string::npos) {
+        if (priors.contains(block.names[static_cast<std::size_t>(k)])) {
             effects.push_back(k);
             places.push_back(shared.find(block.names[static_cast<std::size_t>(k)]));
         }
@@ -103,9 +105,7 @@ class LaboratoryAnswer {
   public:
     LaboratoryAnswer(std::span<const Specimen> specimens, const DiagnosisOptions& options)
         : specimens_(specimens), options_(options),
-          search_(search_laboratory(specimens, options, options.policy)) {
-        out_.policy = options.policy;
-    }
+          search_(search_laboratory(specimens, options, options.policy)) {}
 
     [[nodiscard]] Laboratory answer() {
         weigh_models();
@@ -124,42 +124,18 @@ class LaboratoryAnswer {
         return out_.conclusion == Conclusion::Adequate ? search_.visited.front() : best();
     }
 
-    /// An effect of a rig, or of stems (without a rig).
-    using Key = std::pair<std::string, std::string>;
-
-    /// The effects of a model, those of stems without a rig.
-    [[nodiscard]] static std::set<Key> effects_of(const LaboratoryModel& model) {
-        std::set<Key> effects;
-        for (const RigEffect& each : model.rig_effects)
-            effects.emplace(each.effect.effect->name(), each.rig);
-        for (const fit::SelectedEffects& own : model.own)
-            for (const physics::SelectedEffect& each : own)
-                effects.emplace(each.effect->name(), "");
-        return effects;
-    }
-
-    static std::string name_of(const std::set<Key>& effects) {
-        std::vector<std::string> names;
-        for (const auto& [effect, rig] : effects)
-            names.push_back(rig.empty() ? effect + " of stems" : effect + " of rig " + rig);
-        return names.empty() ? "the published chain" : fmt::format("{}", fmt::join(names, " + "));
-    }
+    using Key = EffectOwners::value_type;
 
     /// P ∝ exp(log Z/T) over the fitted models and the predictions of the others.
     void weigh_models() {
-        std::vector<std::pair<double, std::set<Key>>> models;
+        std::vector<std::pair<double, EffectOwners>> models;
         for (const LaboratoryModel& model : search_.visited)
             if (std::isfinite(model.log_evidence)) {
-                models.emplace_back(model.log_evidence, effects_of(model));
+                models.emplace_back(model.log_evidence, owners_of(model));
                 is_possible_.push_back(&model);
             }
         for (const LaboratoryPrediction& each : search_.unvisited) {
-            std::set<Key> effects = effects_of(search_.visited[each.base]);
-            for (const RigEffect& added : each.rig_effects)
-                effects.emplace(added.effect.effect->name(), added.rig);
-            for (const physics::SelectedEffect& added : each.own)
-                effects.emplace(added.effect->name(), "");
-            models.emplace_back(each.log_evidence, std::move(effects));
+            models.emplace_back(each.log_evidence, owners_of(each, search_.visited[each.base]));
             out_.largest_unvisited =
                 std::max(out_.largest_unvisited, each.log_evidence - best().log_evidence);
         }
@@ -176,13 +152,13 @@ class LaboratoryAnswer {
             }
             for (const auto& family : families)
                 family_probability_[family] += probability;
-            if (effects.empty())
+            if (effects == owners_of(search_.visited.front()))
                 chain_probability_ += probability;
         }
         std::ranges::stable_sort(is_possible_, std::greater{},
                                  [](const LaboratoryModel* each) { return each->log_evidence; });
         for (const LaboratoryModel* each : is_possible_) {
-            out_.models.push_back(name_of(effects_of(*each)));
+            out_.models.push_back(name_of(owners_of(*each)));
             out_.log_evidence.push_back(each->log_evidence - search_.visited.front().log_evidence);
         }
     }
@@ -228,7 +204,7 @@ class LaboratoryAnswer {
         const LaboratoryModel* with = nullptr;
         const LaboratoryModel* without = nullptr;
         for (const LaboratoryModel* each : is_possible_) {
-            const LaboratoryModel*& first = effects_of(*each).contains(key) ? with : without;
+            const LaboratoryModel*& first = owners_of(*each).contains(key) ? with : without;
             if (first == nullptr)
                 first = each;
         }
@@ -254,7 +230,7 @@ class LaboratoryAnswer {
     [[nodiscard]] std::vector<SharedValue> values_of(const RigEffect& effect) const {
         std::vector<SharedValue> values;
         const SharedMinimum& shared = best().shared;
-        const Eigen::MatrixXd covariance = covariance_of(shared);
+        const Eigen::MatrixXd covariance = shared.covariance();
         for (const physics::EffectParameter& each : effect.effect.effect->parameters()) {
             const Eigen::Index at =
                 shared.find(shared_name({effect.effect.effect->name(), each.name, {}}, effect.rig));
@@ -271,14 +247,6 @@ class LaboratoryAnswer {
                               std::min(one, other), std::max(one, other)});
         }
         return values;
-    }
-
-    [[nodiscard]] static Eigen::MatrixXd covariance_of(const SharedMinimum& shared) {
-        const Eigen::VectorXd scale = shared.hessian.diagonal().cwiseSqrt().cwiseInverse();
-        const Eigen::MatrixXd scaled = scale.asDiagonal() * shared.hessian * scale.asDiagonal();
-        return scale.asDiagonal() *
-               scaled.ldlt().solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols())).eval() *
-               scale.asDiagonal();
     }
 
     void add_own_effects() {
@@ -334,7 +302,10 @@ class LaboratoryAnswer {
                 if (each.parameter < survey.priors[candidate].size() &&
                     gram(column, column) > 0.0) {
                     const ParameterPrior& prior = survey.priors[candidate][each.parameter];
-                    size.emplace(prior, free_parameter(candidate, each.parameter));
+                    const physics::SelectedEffect& effect = options_.candidates[candidate];
+                    size.emplace(
+                        prior,
+                        effect.effect->parameters()[free_parameters(effect)[each.parameter]]);
                     return gram(column, column) / (prior.deviation * prior.deviation);
                 }
                 ++column;
@@ -342,23 +313,12 @@ class LaboratoryAnswer {
         return std::nullopt;
     }
 
-    [[nodiscard]] physics::EffectParameter free_parameter(std::size_t candidate,
-                                                          std::size_t wanted) const {
-        const physics::SelectedEffect& effect = options_.candidates[candidate];
-        std::vector<physics::EffectParameter> parameters = effect.effect->parameters();
-        std::size_t free = 0;
-        for (std::size_t k = 0; k < parameters.size(); ++k)
-            if (parameters[k].calibrated && !effect.fixed[k] && free++ == wanted)
-                return parameters[k];
-        return parameters.front();
-    }
-
     // --- Stems
 
     void add_stems() {
         if (options_.progress)
             options_.progress("fitting all stems with every input as stated");
-        const Eigen::MatrixXd covariance = covariance_of(answered().shared);
+        const Eigen::MatrixXd covariance = answered().shared.covariance();
         std::vector<double> costs(specimens_.size(), 1.0);
         std::vector<std::optional<StemAnswer>> answers =
             options_.map.values(costs, [&](std::size_t s, const run::Heartbeat& heartbeat) {
@@ -375,7 +335,7 @@ class LaboratoryAnswer {
                 stem.own.push_back(each.effect->name());
             if (stem.failure.empty())
                 add_shared_uncertainty(answered().stems[s], answered().shared, covariance,
-                                       stem.after);
+                                       search_.priors, stem.after);
         }
         conclude_from_residuals();
         out_.before = population_of(out_.stems, &StemAnswer::before);
@@ -421,6 +381,8 @@ class LaboratoryAnswer {
         std::set<std::string> certain;
         bool is_open = false;
         for (const RigAnswer& each : out_.effects) {
+            if (each.is_known)
+                continue;
             if (each.probability >= held)
                 certain.insert(each.effect);
             else if (each.family_probability >= held)

@@ -111,7 +111,6 @@ struct Laboratory {
     std::vector<double> log_evidence; ///< (models) over that of the published chain
     double largest_unvisited =
         -std::numeric_limits<double>::infinity(); ///< log evidence over the best
-    Policy policy;
 };
 
 /// search_laboratory(), the verdict and the numbers of all stems. A stem is an outlier if Y or β is

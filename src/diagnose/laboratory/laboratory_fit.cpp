@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/laboratory/laboratory_fit.hpp"
 
-#include "core/error.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -36,14 +34,21 @@ void for_each_parameter(const LaboratoryModel& model, const Action& action) {
 
 } // namespace
 
-std::string name_of(const LaboratoryModel& model) {
-    std::set<std::string> names;
+EffectOwners owners_of(const LaboratoryModel& model) {
+    EffectOwners owners;
     for (const RigEffect& each : model.rig_effects)
-        names.insert(each.effect.effect->name() + " of rig " + each.rig);
+        owners.emplace(each.effect.effect->name(), each.rig);
     for (const fit::SelectedEffects& own : model.own)
         for (const physics::SelectedEffect& each : own)
-            names.insert(each.effect->name() + " of stems");
-    return names.empty() ? "the published chain" : fmt::format("{}", fmt::join(names, ", "));
+            owners.emplace(each.effect->name(), "");
+    return owners;
+}
+
+std::string name_of(const EffectOwners& owners) {
+    std::vector<std::string> names;
+    for (const auto& [effect, rig] : owners)
+        names.push_back(rig.empty() ? effect + " of stems" : effect + " of rig " + rig);
+    return names.empty() ? "the published chain" : fmt::format("{}", fmt::join(names, " + "));
 }
 
 LaboratoryStems::LaboratoryStems(std::span<const Specimen> all, const SearchOptions& chosen)
@@ -119,9 +124,7 @@ void LaboratoryFit::fit(LaboratoryModel& model, const std::set<std::size_t>& wit
 bool LaboratoryFit::take_fit(std::optional<StemFit> found, std::size_t stem, bool has_new_own,
                              LaboratoryModel& model) const {
     StemFit& mine = model.stems[stem];
-    const bool is_without =
-        has_new_own && found && (found->fit.failed() || !found->evidence.absent_effects.empty());
-    if (is_without) {
+    if (has_new_own && found && (found->fit.failed() || !found->evidence.absent_effects.empty())) {
         model.own[stem].pop_back();
         mine.fit.effects = stems_.effects_of(model, stem).all();
         return true;
@@ -156,8 +159,8 @@ std::vector<Eigen::VectorXd> LaboratoryFit::take_step(LaboratoryModel& model) co
             continue;
         Eigen::VectorXd move = Eigen::VectorXd::Zero(block.size());
         for (Eigen::Index k = 0; k < block.size(); ++k) {
-            const std::string& name = block.names[static_cast<std::size_t>(k)];
-            if (name.find('.') != std::string::npos && priors_.contains(name))
+            if (const std::string& name = block.names[static_cast<std::size_t>(k)];
+                priors_.contains(name)) // not an error term
                 move(k) = model.shared.at(model.shared.find(name)) -
                           block.at[static_cast<std::size_t>(k)];
         }
@@ -231,23 +234,20 @@ double LaboratoryFit::log_prior_of_effects(const LaboratoryModel& model) const {
 double LaboratoryFit::log_volume(const LaboratoryModel& model) const {
     std::vector<Eigen::Index> places;
     double sum = 0.0;
-    for_each_parameter(model, [&](const RigEffect& each, std::size_t k,
-                                  const physics::EffectParameter& parameter, Eigen::Index at) {
+    for_each_parameter(model, [&](const RigEffect& each, std::size_t /*k*/,
+                                  const physics::EffectParameter& /*parameter*/, Eigen::Index at) {
         if (each.is_known)
             return;
         places.push_back(at);
         sum += parameter_priors_.at(model.shared.names[static_cast<std::size_t>(at)])
                    .log_density(model.shared.at(at));
-        static_cast<void>(k);
-        static_cast<void>(parameter);
     });
     if (places.empty())
         return sum;
     const Eigen::VectorXd scale = model.shared.hessian.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd scaled = scale.asDiagonal() * model.shared.hessian * scale.asDiagonal();
-    const Eigen::MatrixXd inverse =
-        scaled.ldlt().solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols()));
-    const Eigen::MatrixXd covariance = inverse(places, places);
+    const Eigen::MatrixXd all = scale.cwiseInverse().asDiagonal() * model.shared.covariance() *
+                                scale.cwiseInverse().asDiagonal();
+    const Eigen::MatrixXd covariance = all(places, places);
     const Eigen::LDLT<Eigen::MatrixXd> factors(covariance);
     for (Eigen::Index k = 0; k < covariance.rows(); ++k)
         sum += 0.5 * std::log(std::max(factors.vectorD()(k), 1e-12)) +
@@ -279,13 +279,11 @@ bool LaboratoryFit::has_absent_effect(const LaboratoryModel& model) const {
 void LaboratoryFit::add_priors(const LaboratoryModel& model) {
     for (const RigEffect& each : model.rig_effects) {
         const std::vector<physics::EffectParameter> parameters = each.effect.effect->parameters();
-        for (std::size_t k = 0; k < parameters.size(); ++k) {
-            const std::string name =
-                shared_name({each.effect.effect->name(), parameters[k].name, {}}, each.rig);
-            if (!parameters[k].calibrated || each.effect.fixed[k] || priors_.contains(name))
-                continue;
-            add_prior(each, k, name);
-        }
+        for (const std::size_t k : free_parameters(each.effect))
+            if (const std::string name =
+                    shared_name({each.effect.effect->name(), parameters[k].name, {}}, each.rig);
+                !priors_.contains(name))
+                add_prior(each, k, name);
     }
 }
 
@@ -297,13 +295,13 @@ void LaboratoryFit::add_prior(const RigEffect& effect, std::size_t k, const std:
     for (std::size_t s = 0; s < stems_.stems.size(); ++s) {
         if (stems_.is_left_out(s) || stems_.specimens[s].rig != effect.rig)
             continue;
-        fit::StemModel model = fit::models_of(stems_.stems[s].chain, stems_.stems[s].recordings,
-                                              stems_.options.candidate)
-                                   .front();
-        physics::SelectedEffect free = effect.effect;
-        model = candidate_model(model, {free}, stems_.stems[s].recordings.front());
+        const ObservedStem& stem = stems_.stems[s];
+        const fit::StemModel chain =
+            fit::models_of(stem.chain, stem.recordings, stems_.options.candidate).front();
+        const fit::StemModel model =
+            candidate_model(chain, {effect.effect}, stem.recordings.front());
         const fit::FreeParameter parameter =
-            fit::effect_parameter(*free.effect, model.spec.stem, k);
+            fit::effect_parameter(*effect.effect.effect, model.spec.stem, k);
         mean = prior_of(parameter, model);
         deviation += mean.deviation;
         count += 1.0;

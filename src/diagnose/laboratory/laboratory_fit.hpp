@@ -30,8 +30,15 @@ struct LaboratoryModel {
     [[nodiscard]] bool failed() const { return !failure.empty(); }
 };
 
-/// The names of its effects, "drag of rig A, taper"; "the published chain".
-[[nodiscard]] std::string name_of(const LaboratoryModel& model);
+/// The effects of a model with their rigs; no rig: of stems.
+using EffectOwners = std::set<std::pair<std::string, std::string>>;
+[[nodiscard]] EffectOwners owners_of(const LaboratoryModel& model);
+
+/// "quadratic_drag of rig A + taper of stems"; "the published chain".
+[[nodiscard]] std::string name_of(const EffectOwners& owners);
+[[nodiscard]] inline std::string name_of(const LaboratoryModel& model) {
+    return name_of(owners_of(model));
+}
 
 /// The stems of a laboratory, and work on them that is distributed over ranks.
 struct LaboratoryStems {

@@ -19,6 +19,7 @@ namespace {
 constexpr std::size_t most_visited = 24;
 /// A stem has an own effect if that is more probable than not.
 constexpr double present_from = 0.5;
+/// Share of the gain of stems' own values that a shared value must explain to be fitted first.
 constexpr double most_of_gain = 0.5;
 
 /// Names of the error terms that several stems have.
@@ -227,7 +228,7 @@ class LaboratorySearch {
 
     void add_prediction(LaboratoryPrediction added) {
         added.base = base_;
-        const std::string key = name_of(with(added));
+        const std::string key = name_of(owners_of(added, base()));
         if (!visited_keys_.contains(key))
             predictions_[key] = std::move(added);
     }
@@ -431,6 +432,15 @@ class LaboratorySearch {
 };
 
 } // namespace
+
+EffectOwners owners_of(const LaboratoryPrediction& prediction, const LaboratoryModel& base) {
+    EffectOwners owners = owners_of(base);
+    for (const RigEffect& each : prediction.rig_effects)
+        owners.emplace(each.effect.effect->name(), each.rig);
+    for (const physics::SelectedEffect& each : prediction.own)
+        owners.emplace(each.effect->name(), "");
+    return owners;
+}
 
 std::vector<double> presence_of(std::span<const double> gains) {
     constexpr int iterations = 50;

@@ -22,6 +22,10 @@ struct LaboratoryPrediction {
     double log_evidence = 0.0; ///< expected at the end of the search
 };
 
+/// Those of the predicted model.
+[[nodiscard]] EffectOwners owners_of(const LaboratoryPrediction& prediction,
+                                     const LaboratoryModel& base);
+
 struct LaboratorySearchResult {
     std::vector<ObservedStem> stems;
     std::vector<LaboratoryModel> visited; ///< the published chain (with what is known) first
@@ -33,7 +37,7 @@ struct LaboratorySearchResult {
 };
 
 /// The evidence of a laboratory is the sum over its stems, with the shared numbers counted once
-/// (docs/diagnosis.md, "Laboratories"). The search is that of search_models(), with two kinds of
+/// (docs/laboratory.md). The search is that of search_models(), with two kinds of
 /// additions: effects of a rig, and an effect in those stems that need it. `options.known` act in
 /// every stem; those of the rig are shared. Stems whose chain cannot be fitted are left out.
 ///

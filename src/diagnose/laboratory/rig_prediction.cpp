@@ -149,10 +149,9 @@ RigEffect RigPrediction::estimated(std::size_t candidate, std::size_t place,
     const EffectNode& node = columns_[candidate].nodes[gain.nodes[place]];
     RigEffect out = stems_.with_default_values(stems_.options.candidates[candidate], rig_, false);
     const std::vector<physics::EffectParameter> parameters = out.effect.effect->parameters();
-    std::size_t free = 0;
-    for (std::size_t k = 0; k < parameters.size(); ++k) {
-        if (!parameters[k].calibrated || out.effect.fixed[k])
-            continue;
+    const std::vector<std::size_t> places = free_parameters(out.effect);
+    for (std::size_t free = 0; free < places.size(); ++free) {
+        const std::size_t k = places[free];
         out.values[k] = node.values[free];
         const ParameterPrior& prior = priors_[candidate][free];
         for (std::size_t c = 0; c < node.columns.size() && !prior.is_place; ++c)
@@ -164,7 +163,6 @@ RigEffect RigPrediction::estimated(std::size_t candidate, std::size_t place,
                                     ? std::clamp(value, parameters[k].lower, parameters[k].upper)
                                     : parameters[k].upper;
             }
-        ++free;
     }
     return out;
 }

@@ -16,14 +16,10 @@ namespace {
 fit::StartModels with_free_effects(const fit::Fit& fit, std::span<const RigEffect> effects) {
     fit::StartModels models = fit::start_from(fit);
     for (fit::StemModel& model : models)
-        for (const RigEffect& each : effects) {
-            const std::vector<physics::EffectParameter> parameters =
-                each.effect.effect->parameters();
-            for (std::size_t k = 0; k < parameters.size(); ++k)
-                if (parameters[k].calibrated && !each.effect.fixed[k])
-                    model.parameters.push_back(
-                        fit::effect_parameter(*each.effect.effect, model.spec.stem, k));
-        }
+        for (const RigEffect& each : effects)
+            for (const std::size_t k : free_parameters(each.effect))
+                model.parameters.push_back(
+                    fit::effect_parameter(*each.effect.effect, model.spec.stem, k));
     return models;
 }
 
@@ -35,6 +31,15 @@ const RigEffect* effect_of(const physics::ParameterId& id, std::span<const RigEf
 }
 
 } // namespace
+
+std::vector<std::size_t> free_parameters(const physics::SelectedEffect& effect) {
+    const std::vector<physics::EffectParameter> parameters = effect.effect->parameters();
+    std::vector<std::size_t> free;
+    for (std::size_t k = 0; k < parameters.size(); ++k)
+        if (parameters[k].calibrated && !effect.fixed[k])
+            free.push_back(k);
+    return free;
+}
 
 std::string shared_name(const physics::ParameterId& parameter, const std::string& rig) {
     return to_string(parameter.in_one_model()) + " of rig " + rig;
@@ -117,6 +122,15 @@ SharedBlock block_of(const SharedReadings& readings) {
 Eigen::Index SharedMinimum::find(const std::string& name) const {
     const auto found = std::ranges::find(names, name);
     return found == names.end() ? -1 : found - names.begin();
+}
+
+// Scaled to a unit diagonal, because the coordinates' units differ by orders of magnitude.
+Eigen::MatrixXd SharedMinimum::covariance() const {
+    const Eigen::VectorXd scale = hessian.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::MatrixXd scaled = scale.asDiagonal() * hessian * scale.asDiagonal();
+    const Eigen::MatrixXd inverse =
+        scaled.ldlt().solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols()));
+    return scale.asDiagonal() * inverse * scale.asDiagonal();
 }
 
 namespace {

@@ -23,6 +23,9 @@ struct RigEffect {
     bool is_known = false;      ///< the user states that it acts
 };
 
+/// Indices of the effect's parameters that a fit may change, in the order of its free parameters.
+[[nodiscard]] std::vector<std::size_t> free_parameters(const physics::SelectedEffect& effect);
+
 /// "quadratic_drag.drag_coefficient of rig A".
 [[nodiscard]] std::string shared_name(const physics::ParameterId& parameter,
                                       const std::string& rig);
@@ -84,6 +87,8 @@ struct SharedMinimum {
 
     /// Index of a name; −1: none.
     [[nodiscard]] Eigen::Index find(const std::string& name) const;
+    /// Inverse of the Hessian, (names, names).
+    [[nodiscard]] Eigen::MatrixXd covariance() const;
 };
 
 /// `variances` (stems) divide the blocks: the noise over what the fits assumed. The sum is in the
