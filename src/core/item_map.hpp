@@ -34,11 +34,12 @@ using Heartbeat = std::function<bool()>;
 template <class T>
 struct ItemOutcome {
     std::optional<T> value;
-    /// Why there is no value: the text of an exception, or the lost rank. Empty if the map was
-    /// stopped before the item.
-    std::string failure = {};
-    bool is_lost = false; ///< its rank died; the item itself did not fail
+    std::string failure = {}; ///< why there is no value: the text of an exception, or the lost rank
+    bool is_lost = false;     ///< its rank died; the item itself did not fail
 };
+
+/// Thrown by a map, on every rank, if a stop was requested before all items were computed.
+struct MapStopped {};
 
 class ItemMap {
   public:
@@ -77,7 +78,7 @@ class ItemMap {
         return found;
     }
 
-    /// The values alone; empty for items that were lost with a rank or not computed after a stop.
+    /// The values alone; empty for items that were lost with a rank.
     /// Throws std::runtime_error, on every rank, with the reason of the first item that failed.
     template <class Function,
               class T = std::invoke_result_t<Function, std::size_t, const Heartbeat&>>

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Rank 0 during a map.
+#include "core/error.hpp"
 #include "farm/mailbox.hpp"
 #include "farm/map_call.hpp"
 
 #include <algorithm>
 #include <chrono>
-#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
@@ -123,10 +123,21 @@ class Coordinator final : public Heartbeat {
             summary_.work_s += outcome.work_seconds;
             learn_pace(outcome);
             std::ranges::for_each(outcome.lost, [this](LostBatch& lost) { lose(std::move(lost)); });
-            std::ranges::move(outcome.answers, std::back_inserter(summary_.answers));
+            for (BatchAnswer& answer : outcome.answers)
+                accept(std::move(answer));
         }
         if (!outcome.failure.empty())
             fail(fmt::format("rank {}: {}", rank, outcome.failure));
+    }
+
+    void accept(BatchAnswer answer) {
+        try {
+            if (call_.options.answered)
+                call_.options.answered(answer);
+        } catch (const core::StorageError& error) {
+            fail(error.what());
+        }
+        summary_.answers.push_back(std::move(answer));
     }
 
     /// Uses only ranges whose batches were all computed completely.

@@ -34,6 +34,8 @@ struct FarmOptions {
     std::function<Clock::time_point()> now;
     [[nodiscard]] Clock::time_point time() const { return now ? now() : Clock::now(); }
 
+    /// Called on rank 0 with each answer (BatchReport::answer) when it arrives; may be empty.
+    std::function<void(const BatchAnswer&)> answered;
     /// Called on rank 0 at most every `progress_interval`, and once at the end; may be empty.
     std::function<void(const Progress&)> progress;
     std::chrono::milliseconds progress_interval{1000};

@@ -3,7 +3,10 @@
 
 #include "core/error.hpp"
 
+#include <algorithm>
+#include <cstddef>
 #include <memory>
+#include <numeric>
 
 namespace culm::farm {
 
@@ -11,50 +14,109 @@ namespace {
 
 using Outcomes = std::vector<core::ItemOutcome<core::Bytes>>;
 
-/// An item is a batch of one point; its value is the batch's answer.
-Outcomes map_over(Farm& farm, const FarmOptions& options, const std::vector<double>& costs,
-                  const core::ItemMap::EncodedWork& work) {
-    std::vector<Batch> batches(costs.size());
-    for (std::size_t item = 0; item < costs.size(); ++item)
-        batches[item] = {{static_cast<std::int64_t>(item)}, costs[item]};
-    const auto work_on_batch = [&work](const Batch& batch, Heartbeat& heartbeat) {
-        core::ItemMap::EncodedValue value =
-            work(static_cast<std::size_t>(batch.points.front()), [&heartbeat] {
-                heartbeat.beat();
-                return !heartbeat.stop_requested();
-            });
-        BatchReport report;
-        ++(value.counts_as_failed ? report.failed : report.completed);
-        report.answer = std::move(value.bytes);
-        return report;
-    };
-    Summary summary = farm.map(batches, work_on_batch, options);
-    if (!summary.failure.empty())
-        throw core::StorageError(summary.failure);
-    Outcomes outcomes(costs.size());
-    // An item that is neither lost nor answered was not computed before a stop: its outcome is
-    // empty.
-    for (const LostBatch& lost : summary.lost)
-        outcomes[lost.batch] = {std::nullopt, lost.reason, lost.with_rank};
-    for (BatchAnswer& answer : summary.answers)
-        outcomes[answer.batch] = {std::move(answer.bytes), {}, false};
-    return outcomes;
-}
+/// A map over ranks with its state between calls.
+class RankMap {
+  public:
+    RankMap(const Communicator* communicator, ItemOptions options)
+        : communicator_(communicator), store_(std::move(options.store)),
+          farm_(communicator == nullptr ? std::make_shared<Farm>()
+                                        : std::make_shared<Farm>(*communicator)) {
+        options_.chunk_seconds = 0.0; // an item is never short
+        options_.stop_requested = std::move(options.stop_requested);
+        options_.deadline = options.deadline;
+        options_.progress = std::move(options.progress);
+        options_.progress_interval = options.progress_interval;
+        options_.silence_until_dead = options.silence_until_dead;
+    }
+
+    Outcomes operator()(const std::vector<double>& costs, const core::ItemMap::EncodedWork& work) {
+        Outcomes outcomes(costs.size());
+        const std::vector<std::size_t> missing = take_stored(outcomes);
+        if (!missing.empty())
+            compute(missing, costs, work, outcomes);
+        first_number_ += static_cast<std::int64_t>(costs.size());
+        // Later items depend on a lost value, so their numbers would mean something else.
+        if (std::ranges::any_of(outcomes, &Outcomes::value_type::is_lost))
+            store_.reset();
+        return outcomes;
+    }
+
+  private:
+    [[nodiscard]] std::int64_t number_of(std::size_t item) const {
+        return first_number_ + static_cast<std::int64_t>(item);
+    }
+
+    /// Fills the outcomes of stored items; returns the others.
+    [[nodiscard]] std::vector<std::size_t> take_stored(Outcomes& outcomes) const {
+        std::vector<std::size_t> missing(outcomes.size());
+        std::iota(missing.begin(), missing.end(), std::size_t{0});
+        if (!store_)
+            return missing;
+        auto stored = on_root(communicator_, [&] {
+            std::vector<std::optional<core::Bytes>> found;
+            for (std::size_t item = 0; item < outcomes.size(); ++item)
+                found.push_back(store_->find(number_of(item)));
+            return found;
+        });
+        for (std::size_t item = 0; item < outcomes.size(); ++item)
+            outcomes[item].value = std::move(stored[item]);
+        std::erase_if(missing, [&](std::size_t item) { return outcomes[item].value.has_value(); });
+        return missing;
+    }
+
+    /// An item is a batch of one point; its value is the batch's answer.
+    void compute(const std::vector<std::size_t>& items, const std::vector<double>& costs,
+                 const core::ItemMap::EncodedWork& work, Outcomes& outcomes) {
+        std::vector<Batch> batches;
+        for (const std::size_t item : items)
+            batches.push_back({{static_cast<std::int64_t>(item)}, costs[item]});
+        const auto work_on_batch = [&work](const Batch& batch, Heartbeat& heartbeat) {
+            BatchReport report;
+            try {
+                core::ItemMap::EncodedValue value =
+                    work(static_cast<std::size_t>(batch.points.front()), [&heartbeat] {
+                        heartbeat.beat();
+                        return !heartbeat.stop_requested();
+                    });
+                ++(value.counts_as_failed ? report.failed : report.completed);
+                report.answer = std::move(value.bytes);
+            } catch (...) {
+                if (!heartbeat.stop_requested())
+                    throw;
+            }
+            return report;
+        };
+        FarmOptions options = options_;
+        if (store_)
+            options.answered = [&](const BatchAnswer& answer) {
+                store_->add(number_of(items[answer.batch]), answer.bytes);
+            };
+        Summary summary = farm_->map(batches, work_on_batch, options);
+        if (!summary.failure.empty())
+            throw core::StorageError(summary.failure);
+        if (summary.stopped_early)
+            throw core::MapStopped{};
+        for (const LostBatch& lost : summary.lost)
+            outcomes[items[lost.batch]] = {std::nullopt, lost.reason, lost.with_rank};
+        for (BatchAnswer& answer : summary.answers)
+            outcomes[items[answer.batch]] = {std::move(answer.bytes), {}, false};
+    }
+
+    const Communicator* communicator_;
+    FarmOptions options_;
+    std::optional<ItemStore> store_;
+    std::shared_ptr<Farm> farm_;
+    std::int64_t first_number_ = 0; ///< of the next call's items
+};
 
 } // namespace
 
 core::ItemMap over_ranks(const Communicator* communicator, ItemOptions options) {
-    const auto farm =
-        communicator == nullptr ? std::make_shared<Farm>() : std::make_shared<Farm>(*communicator);
-    FarmOptions farm_options;
-    farm_options.chunk_seconds = 0.0; // an item is never short
-    farm_options.progress = std::move(options.progress);
-    farm_options.progress_interval = options.progress_interval;
-    farm_options.silence_until_dead = options.silence_until_dead;
-    return core::ItemMap([farm, farm_options](const std::vector<double>& costs,
-                                              const core::ItemMap::EncodedWork& work) {
-        return costs.empty() ? Outcomes{} : map_over(*farm, farm_options, costs, work);
-    });
+    const auto map = std::make_shared<RankMap>(communicator, std::move(options));
+    return core::ItemMap(
+        [map](const std::vector<double>& costs, const core::ItemMap::EncodedWork& work) {
+            return (*map)(costs, work);
+        });
 }
 
 } // namespace culm::farm

@@ -15,15 +15,29 @@
 #include "farm/communicator.hpp"
 #include "farm/farm.hpp"
 
+#include <cstdint>
 #include <functional>
+#include <optional>
 #include <utility>
 #include <vector>
 
 namespace culm::farm {
 
+/// Keeps the values of items when the program ends before all are computed. The items of all calls
+/// of a map are numbered consecutively. Both functions are called on rank 0 and may throw
+/// core::StorageError, which every rank throws then.
+struct ItemStore {
+    std::function<std::optional<core::Bytes>(std::int64_t number)> find;
+    std::function<void(std::int64_t number, const core::Bytes& value)> add;
+};
+
 /// Options of over_ranks.
 struct ItemOptions {
-    std::function<void(const Progress&)> progress; ///< called on rank 0; may be empty
+    std::function<bool()> stop_requested{}; ///< FarmOptions::stop_requested; the map then throws
+                                            ///< core::MapStopped
+    std::optional<Clock::time_point> deadline{};     ///< FarmOptions::deadline
+    std::optional<ItemStore> store{};                ///< items that it has are not computed
+    std::function<void(const Progress&)> progress{}; ///< called on rank 0; may be empty
     std::chrono::milliseconds progress_interval{1000};
     std::chrono::milliseconds silence_until_dead{0}; ///< FarmOptions::silence_until_dead
 };

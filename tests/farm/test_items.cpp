@@ -5,6 +5,7 @@
 #include "farm_fixture.hpp"
 
 #include <cmath>
+#include <map>
 #include <stdexcept>
 #include <thread>
 
@@ -151,6 +152,68 @@ TEST_F(FarmItems, AreLostOnlyOnALostRank) {
         over_ranks(&world_, options)
             .values({1.0, 1.0, 1.0}, [](std::size_t item, const core::Heartbeat&) { return item; });
     EXPECT_EQ(later.size(), 3U);
+}
+
+TEST_F(FarmItems, AreNotComputedAgainIfTheyAreStored) {
+    std::map<std::int64_t, core::Bytes> stored; // on rank 0
+    ItemOptions options;
+    options.store = {{[&stored](std::int64_t number) {
+                          const auto found = stored.find(number);
+                          return found == stored.end() ? std::nullopt
+                                                       : std::optional(found->second);
+                      },
+                      [&stored](std::int64_t number, const core::Bytes& value) {
+                          EXPECT_TRUE(stored.emplace(number, value).second);
+                      }}};
+    const auto work = [](std::size_t item, const core::Heartbeat&) { return found_of(item); };
+    const core::ItemMap items = over_ranks(&world_, options);
+    const auto first = items.values(uneven_costs(5), work);
+    EXPECT_EQ(items.values(uneven_costs(3), work).size(), 3U);
+    if (world_.rank() == 0) {
+        EXPECT_EQ(stored.size(), 8U);
+        stored.erase(2);
+        stored.erase(6); // item 1 of the second call
+    }
+    std::vector<std::size_t> computed;
+    const auto counted = [&computed](std::size_t item, const core::Heartbeat&) {
+        computed.push_back(item);
+        return found_of(item);
+    };
+    const core::ItemMap again = over_ranks(&world_, options);
+    EXPECT_EQ(again.values(uneven_costs(5), counted), first);
+    EXPECT_EQ(again.values(uneven_costs(3), counted).size(), 3U);
+    const auto total = world_.gather(std::to_string(computed.size()));
+    int sum = 0;
+    for (const std::string& each : total)
+        sum += std::stoi(each);
+    EXPECT_EQ(sum, world_.rank() == 0 ? 2 : 0);
+    EXPECT_EQ(stored.size(), world_.rank() == 0 ? 8U : 0U);
+}
+
+TEST_F(FarmItems, EndOnEveryRankIfTheStoreIsFull) {
+    ItemOptions options;
+    options.store = {
+        {[](std::int64_t) { return std::optional<core::Bytes>(); },
+         [](std::int64_t, const core::Bytes&) { throw core::StorageError("no space left"); }}};
+    EXPECT_THROW(
+        (void)over_ranks(&world_, options)
+            .values(uneven_costs(4), [](std::size_t item, const core::Heartbeat&) { return item; }),
+        core::StorageError);
+}
+
+TEST_F(FarmItems, ThrowOnEveryRankIfTheyAreStopped) {
+    ItemOptions options;
+    options.stop_requested = [] { return true; };
+    EXPECT_THROW((void)over_ranks(&world_, options)
+                     .values(std::vector<double>(20, 1.0),
+                             [](std::size_t item, const core::Heartbeat& heartbeat) {
+                                 while (heartbeat())
+                                     std::this_thread::yield();
+                                 if (!heartbeat())
+                                     throw std::logic_error("given up");
+                                 return item;
+                             }),
+                 core::MapStopped);
 }
 
 TEST_F(FarmItems, SendTheResultOrTheErrorOfRank0ToEveryRank) {
