@@ -56,6 +56,8 @@ class RunProvenance {
     /// (of all ranks since they were started), ranks, and of every input file its size and CRC-32;
     /// complete on rank 0. Collective.
     [[nodiscard]] nlohmann::json document() const;
+    /// Of every input file its path, size and CRC-32; on rank 0.
+    [[nodiscard]] const nlohmann::json& inputs() const { return inputs_; }
 
   private:
     const farm::Communicator* communicator_;

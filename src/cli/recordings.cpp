@@ -1,14 +1,23 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/recordings.hpp"
 
+#include "fit/model/stem_chain.hpp"
 #include "physics/bond_law_options.hpp"
 #include "present/files.hpp"
+#include "study/execute/plan.hpp"
 
 #include <filesystem>
 
 #include <fmt/format.h>
 
 namespace culm::cli {
+namespace {
+
+/// Simulations of a stem: for its fits, and for the effects of each candidate.
+constexpr double simulations_for_fits = 1300.0;
+constexpr double simulations_for_candidate = 55.0;
+
+} // namespace
 
 void add_recording_options(CLI::App& command, RecordingArguments& arguments, const char* paths,
                            const char* output, const char* window) {
@@ -73,6 +82,26 @@ void write_results(const RecordingArguments& arguments,
         return;
     present::make_folder(arguments.output);
     present::write_json((std::filesystem::path(arguments.output) / file).string(), document);
+}
+
+std::vector<double> expected_seconds(std::span<const diagnose::Specimen> specimens,
+                                     const fit::ChainOptions& chain, std::size_t candidates) {
+    const double simulations =
+        simulations_for_fits + simulations_for_candidate * static_cast<double>(candidates);
+    std::vector<double> seconds;
+    for (const diagnose::Specimen& specimen : specimens) {
+        double& sum = seconds.emplace_back(0.0);
+        for (const measure::Measurement& recording : specimen.recordings) {
+            run::CaseSpec spec = fit::chain_of(recording, chain).spec;
+            spec.duration = recording.times.back();
+            sum += simulations * study::estimated_seconds(spec);
+        }
+    }
+    return seconds;
+}
+
+double laboratory_memory(std::size_t specimens) {
+    return 150e6 + 2e6 * static_cast<double>(specimens);
 }
 
 } // namespace culm::cli

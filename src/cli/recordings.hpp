@@ -3,6 +3,7 @@
 #pragma once
 
 #include "cli/command_line.hpp"
+#include "diagnose/laboratory/stem_fit.hpp"
 #include "fit/fit_model.hpp"
 #include "measure/folder/measurement.hpp"
 
@@ -54,5 +55,15 @@ void add_chain_options(CLI::App& command, RecordingArguments& arguments);
 void write_results(const RecordingArguments& arguments,
                    std::span<const measure::Measurement> recordings, const std::string& file,
                    const nlohmann::json& document);
+
+/// (specimens) s on one core of the reference machine, to within a factor of two: the
+/// time of one simulation of the recordings times the number of simulations that a diagnosis with
+/// so many candidates usually needs (docs/performance.md).
+[[nodiscard]] std::vector<double> expected_seconds(std::span<const diagnose::Specimen> specimens,
+                                                   const fit::ChainOptions& chain,
+                                                   std::size_t candidates);
+
+/// Upper bound for a rank, bytes.
+[[nodiscard]] double laboratory_memory(std::size_t specimens);
 
 } // namespace culm::cli

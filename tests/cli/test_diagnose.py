@@ -4,12 +4,15 @@
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
+import time
 import unittest
 from pathlib import Path
 
-from culm_program import BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, PROGRAM, CulmTest
+from culm_program import (BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, PROGRAM, STOPPED_EARLY,
+                          CulmTest)
 
 TESTS = Path(__file__).resolve().parents[1]
 ROOT = TESTS.parent
@@ -249,6 +252,53 @@ class Laboratory(Diagnose):
         self.assertEqual([stem["specimen"] for stem in found["stems"]], ["A", "B"])
         drag = found["rig_effects"][0]["parameters"][0]
         self.assertLess(drag["interval_95"][0], drag["value"])
+
+    def interrupt(self, signal_number, *arguments):
+        """Sends a signal when further fits are kept; returns the process, which has ended."""
+        kept = self.folder / "out" / "unfinished.culmj"
+        before = kept.stat().st_size if kept.exists() else 10_000
+        process = self.start(PROGRAM, "diagnose", *arguments)
+        deadline = time.monotonic() + PATIENCE
+        while time.monotonic() < deadline and process.poll() is None:
+            if kept.exists() and kept.stat().st_size > before:
+                break
+            time.sleep(0.01)
+        process.send_signal(signal_number)
+        process.wait()
+        return process
+
+    def test_continues_where_it_was_killed_and_refuses_other_options(self):
+        arguments = ("A", "B", "--spheres", "12", "--window", "0.2", "--candidates",
+                     "quadratic_drag,viscous_drag", "--json", "-")
+        undisturbed = self.culm("diagnose", *arguments, "-q")
+        killed = self.interrupt(signal.SIGKILL, *arguments, "-o", "out")
+        self.assertEqual(killed.returncode, -signal.SIGKILL)
+        self.assertEqual([file.name for file in (self.folder / "out").iterdir()],
+                         ["unfinished.culmj"])
+        self.assert_refused(
+            self.culm("diagnose", *arguments, "-o", "out"),
+            "culm: out contains an unfinished diagnosis: continue it with --resume, or choose "
+            "another folder\n")
+        other = self.culm("diagnose", *arguments, "--max-effects", "1", "-o", "out", "--resume")
+        self.assert_exit(other, BAD_INPUT)
+        self.assertIn("belongs to another study: line ", other.stderr)
+        self.assertIn('"max_effects": 1', other.stderr)
+        stopped = self.interrupt(signal.SIGTERM, *arguments, "-o", "out", "--resume")
+        self.assertEqual(stopped.returncode, STOPPED_EARLY)
+        resumed = self.culm("diagnose", *arguments, "-o", "out", "--resume")
+        self.assert_exit(resumed, DONE)
+        self.assertRegex(resumed.stderr, r"culm: note: \d+ fits kept in out are not computed again")
+        found, expected = json.loads(resumed.stdout), json.loads(undisturbed.stdout)
+        self.assertEqual(found | {"provenance": {}}, expected | {"provenance": {}})
+        self.assertEqual([file.name for file in (self.folder / "out").iterdir()],
+                         ["laboratory.json"])
+
+    def test_ends_in_its_walltime(self):
+        finished = self.culm("diagnose", "A", "B", "--spheres", "24", "--candidates",
+                             "quadratic_drag,taper", "-o", "out", "--walltime", "2s", "-q")
+        self.assert_exit(finished, STOPPED_EARLY)
+        self.assertEqual(finished.stderr, "culm: stopped early; the fits computed so far are kept "
+                         "in out. Continue with --resume.\n")
 
     def test_is_refused_if_a_specimen_is_on_two_rigs(self):
         for name in ("A", "B"):

@@ -2,6 +2,7 @@
 // culm diagnose MEASUREMENT...: finds the effect that the recordings require, on all ranks.
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
+#include "cli/interruption.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
@@ -14,6 +15,7 @@
 #include "present/files.hpp"
 #include "present/laboratory.hpp"
 #include "present/motion_files.hpp"
+#include "present/text.hpp"
 #include "study/config/study_effects.hpp"
 
 #include <algorithm>
@@ -21,6 +23,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <set>
 #include <span>
 #include <string>
@@ -44,6 +47,9 @@ struct DiagnoseArguments : RecordingArguments {
     std::vector<std::string> effect_files;
     std::string known;
     std::size_t most_effects = 3;
+    bool resumes = false;
+    std::string walltime;
+    farm::Clock::time_point start = farm::Clock::now();
 };
 
 /// The effects that a diagnosis may name, from the command line.
@@ -158,15 +164,19 @@ present::DiagnosisReport report_of(const DiagnoseArguments& arguments, const Dia
     return {found, plan.read.measurements, plan.effects.candidates, arguments.law};
 }
 
+json options_json(const DiagnoseArguments& arguments, const DiagnosisPlan& plan) {
+    return {{"law", arguments.law},
+            {"spheres", arguments.spheres ? json(*arguments.spheres) : json()},
+            {"window_s", present::number(arguments.window_s)},
+            {"max_effects", arguments.most_effects},
+            {"candidates", names_of(plan.effects.candidates)},
+            {"known", names_of(plan.effects.known)}};
+}
+
 /// Adds the folders, the options and the provenance.
 void complete(const DiagnoseArguments& arguments, const DiagnosisPlan& plan, const json& provenance,
               json& document) {
-    document["options"] = {{"law", arguments.law},
-                           {"spheres", arguments.spheres ? json(*arguments.spheres) : json()},
-                           {"window_s", present::number(arguments.window_s)},
-                           {"max_effects", arguments.most_effects},
-                           {"candidates", names_of(plan.effects.candidates)},
-                           {"known", names_of(plan.effects.known)}};
+    document["options"] = options_json(arguments, plan);
     document["provenance"] = provenance;
 }
 
@@ -279,29 +289,84 @@ core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& p
     return any_failed ? core::ExitCode::PointsFailed : core::ExitCode::Done;
 }
 
+/// The fits of an interrupted diagnosis, in the folder of --output; null without one and on other
+/// ranks. Collective.
+std::unique_ptr<KeptItems> kept_fits(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
+                                     const RunProvenance& provenance,
+                                     const farm::Communicator* communicator) {
+    std::unique_ptr<KeptItems> kept;
+    static_cast<void>(farm::on_root(communicator, [&] {
+        if (arguments.output.empty())
+            return core::ExitCode::Done;
+        present::make_folder(arguments.output);
+        const json identity = {{"program", version_text()},
+                               {"options", options_json(arguments, plan)},
+                               {"inputs", provenance.inputs()}};
+        kept = std::make_unique<KeptItems>(arguments.output, identity.dump(1), arguments.resumes);
+        if (kept->size() > 0 && !arguments.is_quiet)
+            print_note(fmt::format("{} kept in {} are not computed again",
+                                   present::counted(kept->size(), "fit"), arguments.output));
+        return core::ExitCode::Done;
+    }));
+    return kept;
+}
+
+farm::ItemOptions item_options(const DiagnoseArguments& arguments, StepDisplay& display,
+                               KeptItems* kept, const farm::Communicator* communicator) {
+    farm::ItemOptions options;
+    options.progress = [&display](const farm::Progress& progress) { display.show(progress); };
+    options.progress_interval = std::chrono::milliseconds(200);
+    if (arguments.output.empty())
+        return options;
+    options.stop_requested = stop_after_signal(communicator, "the fits", arguments.output);
+    if (const auto deadline = run_deadline(arguments.walltime, arguments.start, communicator))
+        options.deadline = deadline->time;
+    options.store = kept == nullptr ? farm::ItemStore() : kept->store(); // called on rank 0 only
+    return options;
+}
+
+/// Prints the expected cost of a laboratory.
+void announce_cost(const DiagnoseArguments& arguments, const DiagnosisPlan& plan, int ranks) {
+    const std::vector<double> seconds =
+        expected_seconds(plan.specimens, chain_options(arguments), plan.effects.candidates.size());
+    const double sum = std::accumulate(seconds.begin(), seconds.end(), 0.0);
+    fmt::print(stderr, "{}: about {} of processor time on the reference machine, {} on {}\n",
+               present::counted(seconds.size(), "stem"), present::estimate_text(sum),
+               present::estimate_text(sum / ranks), present::counted(ranks, "rank"));
+}
+
+core::ExitCode stopped_early(const DiagnoseArguments& arguments, bool prints) {
+    if (prints)
+        print_error(fmt::format("stopped early; the fits computed so far are kept in {}. Continue "
+                                "with --resume.",
+                                arguments.output));
+    return core::ExitCode::StoppedEarly;
+}
+
 core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
                                      const farm::Communicator* communicator) {
     const DiagnosisPlan plan = plan_of(arguments);
     const RunProvenance provenance(diagnosis_inputs(plan), communicator);
-    static_cast<void>(farm::on_root(communicator, [&arguments] {
-        if (!arguments.output.empty())
-            present::make_folder(arguments.output);
-        return core::ExitCode::Done;
-    }));
+    const std::unique_ptr<KeptItems> kept = kept_fits(arguments, plan, provenance, communicator);
+    if (plan.specimens.size() > 1 && !arguments.is_silent(communicator))
+        announce_cost(arguments, plan, rank_count(communicator));
     diagnose::DiagnosisOptions options = options_of(arguments, plan);
     std::variant<diagnose::Diagnosis, diagnose::Laboratory> found;
     try {
         StepDisplay display(arguments.is_quiet || !is_root(communicator));
         options.progress = [&display](const std::string& step) { display.begin(step); };
-        constexpr std::chrono::milliseconds progress_interval{200};
-        options.map = farm::over_ranks(
-            communicator,
-            {.progress = [&display](const farm::Progress& progress) { display.show(progress); },
-             .progress_interval = progress_interval});
+        options.map = farm::over_ranks(communicator,
+                                       item_options(arguments, display, kept.get(), communicator));
         if (plan.specimens.size() > 1)
             found = diagnose::diagnose_laboratory(plan.specimens, options);
         else
             found = diagnose::diagnose(plan.read.measurements, options);
+    } catch (const core::StorageError& error) { // every rank meets it
+        if (is_root(communicator))
+            print_error(error.what());
+        return stopped_early(arguments, is_root(communicator));
+    } catch (const core::MapStopped&) {
+        return stopped_early(arguments, is_root(communicator));
     } catch (const core::NumericalError& error) { // every rank meets it
         if (is_root(communicator))
             print_error(error.what());
@@ -309,8 +374,11 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
     }
     const json facts = provenance.document();
     return farm::on_root(communicator, [&] {
-        return std::visit(
+        const core::ExitCode code = std::visit(
             [&](const auto& answer) { return report(arguments, plan, answer, facts); }, found);
+        if (kept)
+            kept->remove();
+        return code;
     });
 }
 
@@ -334,6 +402,16 @@ void add_effect_options(CLI::App& command, DiagnoseArguments& arguments) {
         .add_option("--max-effects", arguments.most_effects, "Name at most N effects (default: 3)")
         ->type_name("N")
         ->check(CLI::Range(1, 6));
+    CLI::Option* output = command.get_option("--output");
+    command
+        .add_flag("--resume", arguments.resumes,
+                  "Continue an interrupted diagnosis in the folder of --output: compute only the "
+                  "fits that it does not have; refuses changed inputs and options")
+        ->needs(output);
+    add_option(command, "--walltime", arguments.walltime, "TIME",
+               "End within this time (90s, 45min, HH:MM:SS); exit code 75 if fits are missing "
+               "(default: the time limit of the batch job)")
+        ->needs(output);
 }
 
 } // namespace
@@ -352,6 +430,10 @@ void add_diagnose_command(CLI::App& app, CommandResult& result, int& argc, char*
                           "Use");
     add_effect_options(*command, *arguments);
     add_chain_options(*command, *arguments);
+    command->parse_complete_callback([arguments] { // before MPI starts
+        if (!arguments->output.empty())
+            watch_stop_signals();
+    });
     run_on_ranks(*command, arguments, result.exit_code, argc, argv, diagnose_measurements);
 }
 

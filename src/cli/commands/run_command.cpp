@@ -2,6 +2,7 @@
 // culm run STUDY.toml [-o DIR] [--resume] [--dry-run]
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
+#include "cli/interruption.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "cluster/batch_system.hpp"
@@ -16,7 +17,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -30,59 +30,6 @@
 
 namespace culm::cli {
 namespace {
-
-// A signal handler can access only variables of static storage.
-volatile std::sig_atomic_t stop_signal = 0;
-
-void remember_stop(int signal) {
-    stop_signal = signal;
-}
-
-/// From now on, signals by which a person or a batch system asks a run to stop are recorded and do
-/// not end the program. A write beyond a file-size limit becomes an error and does not kill the
-/// process (SIGXFSZ is ignored).
-void watch_stop_signals() {
-    for (const int signal : {SIGINT, SIGTERM, SIGUSR1, SIGUSR2})
-        std::signal(signal, remember_stop);
-    std::signal(SIGXFSZ, SIG_IGN);
-}
-
-/// The time at which a run must have ended: --walltime, or the limit of the batch system.
-struct RunDeadline {
-    farm::Clock::time_point time; ///< on this rank's clock
-    std::string text;             ///< the limit of the run, for people
-};
-
-std::optional<cluster::TimeLeft> time_left(const std::string& walltime,
-                                           farm::Clock::time_point start) {
-    if (walltime.empty())
-        return cluster::time_left_of_job(cluster::real_batch_system());
-    const std::chrono::duration<double> used = farm::Clock::now() - start;
-    return cluster::TimeLeft{cluster::parse_walltime("--walltime", walltime) - used.count(),
-                             "--walltime"};
-}
-
-/// The limit `walltime`, counted from `start`; if it is empty, rank 0 asks the batch system. A
-/// fiftieth of the time, at least 1 s and at most 60 s, is reserved for an orderly end. Nothing if
-/// there is no limit. Throws core::InputError on every rank. Collective.
-std::optional<RunDeadline> run_deadline(const std::string& walltime, farm::Clock::time_point start,
-                                        const farm::Communicator* communicator) {
-    // All ranks must agree.
-    using SecondsAndSource = std::pair<double, std::string>;
-    const auto answer = farm::on_root(communicator, [&]() -> std::optional<SecondsAndSource> {
-        const auto left = time_left(walltime, start);
-        return left ? std::optional<SecondsAndSource>({left->seconds, left->source}) : std::nullopt;
-    });
-    if (!answer)
-        return std::nullopt;
-    const auto& [left, source] = *answer;
-    const double usable = std::max(0.0, left - std::clamp(left / 50.0, 1.0, 60.0));
-    return RunDeadline{farm::Clock::now() + std::chrono::duration_cast<farm::Clock::duration>(
-                                                std::chrono::duration<double>(usable)),
-                       fmt::format("this run ends within {} ({}); {} of that may be computed",
-                                   cluster::walltime_text(std::max(0.0, left)), source,
-                                   cluster::walltime_text(usable))};
-}
 
 struct RunArguments {
     std::string study;
@@ -265,7 +212,7 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
                                         "30 s at most\n",
                                         output);
                          },
-                         [] { return stop_signal != 0; }};
+                         has_stop_signal};
     if (!arguments.quiet)
         options.announce = [ranks](const study::Estimate& plan, const farm::Pace& pace) {
             if (plan.points > 0)
@@ -273,17 +220,8 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
         };
     if (deadline)
         options.farm.deadline = deadline->time;
-    // mpirun kills the ranks a second after it has passed on Ctrl-C as SIGTERM.
-    const bool announces_stop = prints && communicator != nullptr;
-    options.farm.stop_requested = [announces_stop, &output, is_announced = false]() mutable {
-        if (announces_stop && stop_signal == SIGTERM && !is_announced) {
-            is_announced = true;
-            print_note(fmt::format(
-                "stopping; the points computed so far are kept in {}. Continue with --resume.",
-                output));
-        }
-        return stop_signal != 0;
-    };
+    options.farm.stop_requested =
+        stop_after_signal(communicator, "the points computed so far", output);
     options.farm.progress = [&display](const farm::Progress& progress) { display.show(progress); };
     const study::ExecuteOutcome outcome = study::execute(study, folder, communicator, options);
     display.finish();
