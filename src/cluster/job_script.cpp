@@ -14,7 +14,8 @@
 #include <sstream>
 #include <string_view>
 
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace culm::cluster {
 
@@ -104,7 +105,7 @@ std::string slurm_directives(const JobText& text, const JobSize& size) {
                                     "#SBATCH --ntasks-per-node={}\n"
                                     "#SBATCH --mem-per-cpu={}M\n"
                                     "#SBATCH --time={}\n",
-                                    job_name(text.study_name), size.nodes, size.ranks,
+                                    job_name(text.name), size.nodes, size.ranks,
                                     std::min(text.ranks_per_node, size.ranks), memory_mb(text),
                                     walltime_text(size.walltime_s));
     if (!text.partition.empty())
@@ -125,7 +126,7 @@ std::string pbs_directives(const JobText& text, const JobSize& size) {
         fmt::format("#PBS -N {}\n"
                     "#PBS -l select={}:ncpus={}:mpiprocs={}:mem={}mb\n"
                     "#PBS -l walltime={}\n",
-                    job_name(text.study_name).substr(0, 15), size.nodes, per_node, per_node,
+                    job_name(text.name).substr(0, 15), size.nodes, per_node, per_node,
                     per_node * memory_mb(text), walltime_text_in_hours(size.walltime_s));
     if (!text.partition.empty())
         lines += fmt::format("#PBS -q {}\n", text.partition);
@@ -160,48 +161,60 @@ JobSize size_job(const std::vector<farm::Batch>& batches, const farm::Pace& pace
     size.walltime_s = request.walltime_s.value_or(60.0 * std::ceil(wanted / 60.0));
     if (size.longest_batch_s >= size.walltime_s)
         throw core::InputError(fmt::format(
-            "--walltime: {} is too short: the longest points of this study take about {} ({})",
+            "--walltime: {} is too short: the longest points or stems take about {} ({})",
             walltime_text(size.walltime_s), walltime_text(size.longest_batch_s),
-            pace.is_known() ? "at the pace of its runs so far" : "on the reference machine"));
+            pace.is_known() ? "at the pace of the runs so far" : "on the reference machine"));
     size.jobs = expected_jobs(size);
     return size;
 }
 
-std::string size_text(const JobSize& size, std::int64_t points) {
-    return fmt::format(
-        "{} point{} to compute, {:.3g} core seconds {}\n"
-        "{} rank{} on {} node{}: about {} of computing, no point longer than about {}\n"
-        "jobs of {}: expected to need {}\n",
-        points, points == 1 ? "" : "s", size.core_seconds,
-        size.pace_is_learned ? "at the pace of this study's runs so far"
-                             : "on the reference machine (nothing has been timed here yet)",
-        size.ranks, size.ranks == 1 ? "" : "s", size.nodes, size.nodes == 1 ? "" : "s",
-        walltime_text(size.compute_s), walltime_text(size.longest_batch_s),
-        walltime_text(size.walltime_s),
-        size.jobs == 1 ? std::string("one job") : fmt::format("{} jobs", size.jobs));
+std::string size_text(const JobSize& size, JobWork work, std::int64_t items) {
+    const char* item = work == JobWork::Study ? "point" : "stem";
+    return fmt::format("{} {}{} to compute, {:.3g} core seconds {}\n"
+                       "{} rank{} on {} node{}: about {} of computing, no {} longer than about {}\n"
+                       "jobs of {}: expected to need {}\n",
+                       items, item, items == 1 ? "" : "s", size.core_seconds,
+                       size.pace_is_learned
+                           ? "at the pace of this study's runs so far"
+                           : "on the reference machine (nothing has been timed here yet)",
+                       size.ranks, size.ranks == 1 ? "" : "s", size.nodes,
+                       size.nodes == 1 ? "" : "s", walltime_text(size.compute_s), item,
+                       walltime_text(size.longest_batch_s), walltime_text(size.walltime_s),
+                       size.jobs == 1 ? std::string("one job") : fmt::format("{} jobs", size.jobs));
 }
 
 std::string job_script(BatchSystem system, const JobText& text, const JobSize& size) {
     const bool is_slurm = system == BatchSystem::Slurm;
     require_directive_word(is_slurm ? "--partition" : "--queue", text.partition);
     require_directive_word("--account", text.account);
+    const bool is_study = text.work == JobWork::Study;
+    const char* const work = is_study ? "study" : "diagnosis";
     const std::string submission =
-        is_slurm ? "Submit with sbatch. It asks to be queued again (scontrol requeue) until the\n"
-                   "study is complete; scancel ends it; submitting it again continues the study.\n"
-                 : "Submit with qsub. It submits itself again until the study is complete; qdel "
-                   "ends it;\nsubmitting it again continues the study.\n";
+        is_slurm
+            ? fmt::format("Submit with sbatch. It asks to be queued again (scontrol requeue) until "
+                          "the\n{} is complete; scancel ends it; submitting it again continues "
+                          "the {}.\n",
+                          work, work)
+            : fmt::format("Submit with qsub. It submits itself again until the {} is complete; "
+                          "qdel ends it;\nsubmitting it again continues the {}.\n",
+                          work, work);
     std::string script = "#!/bin/bash\n";
     script += is_slurm ? slurm_directives(text, size) : pbs_directives(text, size);
     script += "#\n" + commented("Written by `culm jobs`.\n" + submission + "\n" +
-                                size_text(size, text.points));
+                                size_text(size, text.work, text.items));
     script += "set -u\n\n";
+    std::vector<std::string> words;
+    for (const std::filesystem::path& input : text.inputs)
+        words.push_back(shell_word(input.string()));
     script += fmt::format("MODULES=\"\"           # for example \"gcc/12 openmpi/4.1\"\n"
                           "CULM={}\n"
-                          "STUDY={}\n"
+                          "{}=({})\n"
                           "OUTPUT={}\n"
                           "LAUNCHER=(mpirun)     # or (srun --mpi=pmix)\n",
-                          shell_word(text.culm.string()), shell_word(text.study.string()),
-                          shell_word(text.output.string()));
+                          shell_word(text.culm.string()), is_study ? "STUDY" : "MEASUREMENTS",
+                          fmt::join(words, " "), shell_word(text.output.string()));
+    if (!is_study)
+        script += "OPTIONS=()            # of culm diagnose, for example (--known gravity)\n";
     script += is_slurm ? "WALLTIME_S=0          # 0: culm asks Slurm for the time that is left\n"
                        : fmt::format("WALLTIME_S={}          # the limit above, s\n",
                                      static_cast<long long>(size.walltime_s));
@@ -212,7 +225,10 @@ std::string job_script(BatchSystem system, const JobText& text, const JobSize& s
     script += "\n";
     script += run_until_complete;
     script += "\nrun_until_complete \"$WALLTIME_S\" \\\n"
-              "    \"${LAUNCHER[@]}\" \"$CULM\" run \"$STUDY\" -o \"$OUTPUT\" --resume\n";
+              "    \"${LAUNCHER[@]}\" \"$CULM\" ";
+    script += is_study ? "run \"${STUDY[@]}\" -o \"$OUTPUT\" --resume\n"
+                       : "diagnose \"${MEASUREMENTS[@]}\" -o \"$OUTPUT\" --resume --quiet \\\n"
+                         "    \"${OPTIONS[@]}\"\n";
     return script;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Job scripts for a study, sized by the cost of its points.
+// Job scripts for a study or the diagnosis of a laboratory, sized by the cost of their items.
 #pragma once
 
 #include "farm/pace.hpp"
@@ -31,25 +31,28 @@ struct JobSize {
     bool pace_is_learned = false; ///< else from the reference machine's times
 };
 
-/// Batches as study::make_batches plans them (cost in seconds of the reference machine), and the
+/// Batches with their cost in seconds of the reference machine (study::make_batches), and the
 /// known pace of this machine. Throws core::InputError if the walltime that the user gave is
 /// too short for the longest batch.
 [[nodiscard]] JobSize size_job(const std::vector<farm::Batch>& batches, const farm::Pace& pace,
                                const JobRequest& request);
 
 enum class BatchSystem { Slurm, Pbs };
+/// `culm run` computes points, `culm diagnose` stems.
+enum class JobWork { Study, Laboratory };
 
 /// Texts of the user are written into the script as quoted words, or refused where the batch system
 /// reads them without a shell.
 struct JobText {
-    std::string study_name;
-    std::filesystem::path study;  ///< absolute
-    std::filesystem::path output; ///< absolute
-    std::filesystem::path culm;   ///< the program
-    std::string partition;        ///< Slurm's partition or PBS's queue; empty: the default one
-    std::string account;          ///< empty: the default one
+    JobWork work = JobWork::Study;
+    std::string name;                          ///< of the work
+    std::vector<std::filesystem::path> inputs; ///< absolute: the study file, or recordings
+    std::filesystem::path output;              ///< absolute
+    std::filesystem::path culm;                ///< the program
+    std::string partition; ///< Slurm's partition or PBS's queue; empty: the default one
+    std::string account;   ///< empty: the default one
     int ranks_per_node = 1;
-    std::int64_t points = 0;            ///< that are missing
+    std::int64_t items = 0;             ///< points that are missing, or stems
     double memory_bytes_per_rank = 0.0; ///< estimated
 };
 
@@ -58,6 +61,6 @@ struct JobText {
 [[nodiscard]] std::string job_script(BatchSystem system, const JobText& text, const JobSize& size);
 
 /// The sizes that the script is based on, without user text.
-[[nodiscard]] std::string size_text(const JobSize& size, std::int64_t points);
+[[nodiscard]] std::string size_text(const JobSize& size, JobWork work, std::int64_t items);
 
 } // namespace culm::cluster

@@ -192,9 +192,22 @@ class Sizes(CulmTest):
         self.assertRegex(finished.stderr, r"^9 points to compute, [\d.e-]+ core seconds on the "
                          r"reference machine \(nothing has been timed here yet\)\n"
                          r"\d+ ranks? on 1 node: about 00:00:01 of computing, ")
-        self.assertIn("12 ranks were asked for; the study has work for ", finished.stderr)
+        self.assertIn("12 ranks were asked for; there is work for ", finished.stderr)
         self.assertIn("#SBATCH --time=00:05:00\n", finished.stdout)
         self.assertIn("# 9 points to compute, ", finished.stdout)
+
+    def test_of_a_laboratory_come_from_its_recordings(self):
+        for name in ("A", "B", "C"):
+            shutil.copytree(ROOT / "tests/data/measurements/T1-null", self.folder / "lab" / name)
+            stem = self.folder / "lab" / name / "stem.toml"
+            stem.write_text(stem.read_text("utf-8").replace('id = "T1"', f'id = "{name}"'), "utf-8")
+        finished = self.culm("jobs", "slurm", "lab", "--nodes", "1", "--ranks-per-node", "2")
+        self.assert_exit(finished, DONE)
+        self.assertRegex(finished.stderr, r"^3 stems to compute, [\d.]+ core seconds on ")
+        self.assertIn(f"MEASUREMENTS=({self.folder.resolve()}/lab)\n", finished.stdout)
+        self.assertIn("lab-diagnosis\n", finished.stdout)
+        self.assert_refused(self.culm("jobs", "slurm", "nowhere", "--nodes", "1"),
+                            "culm: nowhere: there is no such folder\n")
 
     def test_count_only_what_is_missing_and_use_the_pace_of_earlier_runs(self):
         text = QUICK.replace("[5, 10, 15]", "{ from = 5, to = 90, count = 2000 }").replace(

@@ -64,13 +64,21 @@ TEST(JobSize, RefusesAWalltimeTooShortForTheLongestPoint) {
         FAIL();
     } catch (const core::InputError& error) {
         EXPECT_EQ(std::string(error.what()),
-                  "--walltime: 01:00:00 is too short: the longest points of this study take about "
+                  "--walltime: 01:00:00 is too short: the longest points or stems take about "
                   "02:00:00 (on the reference machine)");
     }
 }
 
 JobText text_of(const std::string& name) {
-    return {name, "/data/" + name + ".toml", "/data/" + name, "/opt/culm", "", "", 2, 5};
+    return {JobWork::Study,
+            name,
+            {"/data/" + name + ".toml"},
+            "/data/" + name,
+            "/opt/culm",
+            "",
+            "",
+            2,
+            5};
 }
 
 TEST(JobScript, RequestsTheNeedsOfTheStudyFromSlurm) {
@@ -83,7 +91,7 @@ TEST(JobScript, RequestsTheNeedsOfTheStudyFromSlurm) {
          {"#!/bin/bash\n", "#SBATCH --nodes=2\n", "#SBATCH --ntasks=4\n",
           "#SBATCH --time=02:00:00\n", "#SBATCH --mem-per-cpu=200M\n",
           "#SBATCH --partition=short,long\n", "#SBATCH --account=lab-7@x\n", "#SBATCH --requeue\n",
-          "#SBATCH --signal=B:USR1@120\n", "STUDY=/data/doe.toml\n", "OUTPUT=/data/doe\n",
+          "#SBATCH --signal=B:USR1@120\n", "STUDY=(/data/doe.toml)\n", "OUTPUT=/data/doe\n",
           "run_until_complete() {\n", "scontrol requeue"})
         EXPECT_NE(script.find(line), std::string::npos) << line;
     EXPECT_EQ(script.find("#PBS"), std::string::npos);
@@ -107,8 +115,20 @@ TEST(JobScript, HasNoUserTextInLinesThatTheBatchSystemReads) {
                                           size_job(batches(4, 60.0), {}, {2, 2, 7200.0}));
     EXPECT_EQ(script.find("\n#SBATCH --uid"), std::string::npos);
     EXPECT_NE(script.find("#SBATCH --job-name=culm-a__SBATCH_--uid_0___id__\n"), std::string::npos);
-    EXPECT_NE(script.find("STUDY=$'/data/a\\012#SBATCH --uid=0\\012$(id)\\'.toml'\n"),
+    EXPECT_NE(script.find("STUDY=($'/data/a\\012#SBATCH --uid=0\\012$(id)\\'.toml')\n"),
               std::string::npos);
+}
+
+TEST(JobScript, DiagnosesAndResumesALaboratory) {
+    JobText text = text_of("lab");
+    text.work = JobWork::Laboratory;
+    text.inputs = {"/data/lab 1", "/data/lab2"};
+    const JobSize size = size_job(batches(4, 60.0), {}, {2, 2, 7200.0});
+    const std::string script = job_script(BatchSystem::Slurm, text, size);
+    for (const char* line :
+         {"MEASUREMENTS=('/data/lab 1' /data/lab2)\n", "OPTIONS=()", "# 5 stems to compute",
+          "diagnose \"${MEASUREMENTS[@]}\" -o \"$OUTPUT\" --resume"})
+        EXPECT_NE(script.find(line), std::string::npos) << line;
 }
 
 TEST(JobScript, RefusesNamesThatNoBatchSystemHas) {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// culm jobs slurm|pbs STUDY.toml --nodes N
+// culm jobs slurm|pbs STUDY.toml|MEASUREMENT... --nodes N
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
 #include "cli/provenance.hpp"
+#include "cli/recordings.hpp"
 #include "cluster/batch_system.hpp"
 #include "cluster/job_script.hpp"
 #include "core/error.hpp"
+#include "measure/folder/measurement_folder.hpp"
 #include "present/files.hpp"
 #include "study/execute/folder_state.hpp"
 #include "study/execute/journal_notes.hpp"
@@ -27,7 +29,7 @@ namespace {
 namespace fs = std::filesystem;
 
 struct JobsArguments {
-    std::string study;
+    std::vector<std::string> inputs; ///< a study file, or folders of recordings
     std::string study_output;
     std::string script;
     std::string walltime;
@@ -57,35 +59,72 @@ std::vector<std::int64_t> missing_points(const study::Study& study,
     return missing;
 }
 
-void write_script(cluster::BatchSystem system, const JobsArguments& arguments) {
-    const study::Study study = study::load_study(arguments.study);
-    const fs::path output =
-        arguments.study_output.empty() ? "results/" + study.config.name : arguments.study_output;
-    const study::StudyFolder folder(output);
+/// What a job computes.
+struct Work {
+    cluster::JobText text; ///< without the user's partition and account
+    std::vector<farm::Batch> batches;
+    farm::Pace pace;
+};
+
+fs::path output_of(const JobsArguments& arguments, const std::string& name) {
+    return arguments.study_output.empty() ? "results/" + name : arguments.study_output;
+}
+
+Work study_work(const JobsArguments& arguments) {
+    Work work;
+    const study::Study study = study::load_study(arguments.inputs.front());
+    work.text.name = study.config.name;
+    work.text.output = output_of(arguments, work.text.name);
+    const study::StudyFolder folder(work.text.output);
     const std::vector<std::int64_t> points = missing_points(study, folder);
     if (points.empty())
-        throw core::InputError(
-            fmt::format("{}: the study is complete; there is nothing to compute", output.string()));
+        throw core::InputError(fmt::format("{}: the study is complete; there is nothing to compute",
+                                           work.text.output.string()));
+    work.text.items = static_cast<std::int64_t>(points.size());
+    work.batches = study::make_batches(study, points);
+    work.text.memory_bytes_per_rank = study::estimate(study, work.batches).memory_bytes_per_rank;
+    work.pace = study::read_pace(folder);
+    return work;
+}
+
+Work laboratory_work(const JobsArguments& arguments) {
+    Work work;
+    const measure::MeasurementSet read = measure::read_measurements(arguments.inputs);
+    const std::vector<diagnose::Specimen> specimens = diagnose::specimens_of(read.measurements);
+    work.text.work = cluster::JobWork::Laboratory;
+    work.text.name = fs::absolute(arguments.inputs.front()).lexically_normal().filename().string();
+    work.text.output = output_of(arguments, work.text.name + "-diagnosis");
+    work.text.items = static_cast<std::int64_t>(specimens.size());
+    work.text.memory_bytes_per_rank = laboratory_memory(specimens.size());
+    for (const double seconds :
+         expected_seconds(specimens, {}, fit::candidate_effects(read.measurements).size()))
+        work.batches.push_back({{static_cast<std::int64_t>(work.batches.size())}, seconds});
+    return work;
+}
+
+void write_script(cluster::BatchSystem system, const JobsArguments& arguments) {
+    Work work = arguments.inputs.front().ends_with(".toml") ? study_work(arguments)
+                                                            : laboratory_work(arguments);
+    cluster::JobText& text = work.text;
     cluster::JobRequest request{arguments.nodes, arguments.ranks_per_node, std::nullopt};
     if (request.ranks_per_node == 0)
         request.ranks_per_node =
             static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
     if (!arguments.walltime.empty())
         request.walltime_s = cluster::parse_walltime("--walltime", arguments.walltime);
-    const std::vector<farm::Batch> batches = study::make_batches(study, points);
-    const cluster::JobSize size = cluster::size_job(batches, study::read_pace(folder), request);
+    const cluster::JobSize size = cluster::size_job(work.batches, work.pace, request);
+    for (const std::string& input : arguments.inputs)
+        text.inputs.push_back(fs::absolute(input).lexically_normal());
+    text.output = fs::absolute(text.output).lexically_normal();
     const fs::path program = own_program();
-    const std::string script = cluster::job_script(
-        system,
-        {study.config.name, fs::absolute(arguments.study).lexically_normal(),
-         fs::absolute(output).lexically_normal(), program.empty() ? "culm" : program,
-         arguments.partition, arguments.account, request.ranks_per_node,
-         static_cast<std::int64_t>(points.size()),
-         study::estimate(study, batches).memory_bytes_per_rank},
-        size);
-    fmt::print(stderr, "{}", cluster::size_text(size, static_cast<std::int64_t>(points.size())));
+    text.culm = program.empty() ? "culm" : program;
+    text.partition = arguments.partition;
+    text.account = arguments.account;
+    text.ranks_per_node = request.ranks_per_node;
+    const std::string script = cluster::job_script(system, text, size);
+    fmt::print(stderr, "{}", cluster::size_text(size, text.work, text.items));
     if (size.ranks < arguments.nodes * request.ranks_per_node)
-        fmt::print(stderr, "{} ranks were asked for; the study has work for {} at a time\n",
+        fmt::print(stderr, "{} ranks were asked for; there is work for {} at a time\n",
                    arguments.nodes * request.ranks_per_node, size.ranks);
     if (arguments.script.empty())
         fmt::print("{}", script);
@@ -98,8 +137,9 @@ void add_system(CLI::App& jobs, cluster::BatchSystem system, const char* name,
     const bool is_slurm = system == cluster::BatchSystem::Slurm;
     CLI::App* command = jobs.add_subcommand(name, description);
     auto arguments = std::make_shared<JobsArguments>();
-    add_option(*command, "study", arguments->study, "STUDY.toml",
-               "Study file (TOML; docs/config.md)")
+    add_option(*command, "work", arguments->inputs, "STUDY.toml | MEASUREMENT...",
+               "Study file (TOML; docs/config.md), or the recordings of a laboratory "
+               "(docs/laboratory.md)")
         ->required();
     add_option(*command, "--nodes", arguments->nodes, "N", "Nodes at most")
         ->required()
@@ -108,14 +148,15 @@ void add_system(CLI::App& jobs, cluster::BatchSystem system, const char* name,
                "Processes on each node (default: the processors of this machine)")
         ->check(CLI::Range(1, 10'000));
     add_option(*command, "--walltime", arguments->walltime, "TIME",
-               "Time limit of one job, 12h or HH:MM:SS (default: what the study is expected "
+               "Time limit of one job, 12h or HH:MM:SS (default: what the work is expected "
                "to take, with an allowance)");
     add_option(*command, is_slurm ? "--partition" : "--queue", arguments->partition, "NAME",
                is_slurm ? "Partition to run in (default: Slurm's own)"
                         : "Queue to wait in (default: PBS's own)");
     add_option(*command, "--account", arguments->account, "NAME", "Account to be charged");
     add_option(*command, "--study-output", arguments->study_output, "DIR",
-               "Folder of the study (default: results/<study name>)");
+               "Folder of the results (default: results/<study name>, of a laboratory "
+               "results/<its folder>-diagnosis)");
     add_option(*command, "-o,--output", arguments->script, "FILE",
                "Script to write (default: the screen)");
     command->callback([arguments, system] { write_script(system, *arguments); });
@@ -125,7 +166,9 @@ void add_system(CLI::App& jobs, cluster::BatchSystem system, const char* name,
 
 void add_jobs_command(CLI::App& app) {
     CLI::App* jobs = app.add_subcommand(
-        "jobs", "Write a job script for a cluster that runs a study until it is complete");
+        "jobs",
+        "Write a job script for a cluster that runs a study, or the diagnosis of a laboratory, "
+        "until it is complete");
     jobs->require_subcommand(1);
     add_system(*jobs, cluster::BatchSystem::Slurm, "slurm", "A script for sbatch");
     add_system(*jobs, cluster::BatchSystem::Pbs, "pbs", "A script for qsub (OpenPBS, PBS Pro)");
