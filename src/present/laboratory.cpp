@@ -191,6 +191,8 @@ json effect_json(const diagnose::RigAnswer& effect) {
             {"family", effect.family},
             {"family_probability", number(effect.family_probability)},
             {"stems_needed", number(effect.stems_needed)},
+            {"log_odds", number(effect.log_odds)},
+            {"log_odds_per_stem", number(effect.log_odds_per_stem)},
             {"parameters", array_of(effect.values, [](const diagnose::SharedValue& value) {
                  return json{{"name", value.name},
                              {"unit", value.unit},
@@ -201,6 +203,17 @@ json effect_json(const diagnose::RigAnswer& effect) {
 
 } // namespace
 
+std::string rig_effects_text(std::span<const diagnose::RigAnswer> effects) {
+    std::string text;
+    for (const diagnose::RigAnswer& effect : effects)
+        text += effect_lines(effect);
+    return text;
+}
+
+json rig_effects_json(std::span<const diagnose::RigAnswer> effects) {
+    return array_of(effects, effect_json);
+}
+
 json laboratory_json(const Laboratory& laboratory) {
     json models = array_of_count(laboratory.models.size(), [&](std::size_t k) {
         return json{{"model", laboratory.models[k]},
@@ -210,7 +223,7 @@ json laboratory_json(const Laboratory& laboratory) {
             {"version", 1},
             {"conclusion", std::string(to_string(laboratory.conclusion))},
             {"reason", laboratory.reason},
-            {"rig_effects", array_of(laboratory.effects, effect_json)},
+            {"rig_effects", rig_effects_json(laboratory.effects)},
             {"stem_effects", array_of(laboratory.own,
                                       [](const diagnose::OwnAnswer& own) {
                                           return json{{"effect", own.effect},
@@ -237,8 +250,7 @@ json laboratory_json(const Laboratory& laboratory) {
 std::string laboratory_text(const Laboratory& laboratory, bool with_details,
                             const TextStyle& style) {
     std::string text = header(laboratory) + headline(laboratory, style);
-    for (const diagnose::RigAnswer& effect : laboratory.effects)
-        text += effect_lines(effect);
+    text += rig_effects_text(laboratory.effects);
     for (const diagnose::OwnAnswer& own : laboratory.own)
         text += result_lines("  ", fmt::format("{} of stems, probability {:.2f}: {}", own.effect,
                                                own.probability, fmt::join(own.stems, ", ")));

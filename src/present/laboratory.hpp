@@ -5,11 +5,16 @@
 #include "diagnose/laboratory/laboratory.hpp"
 #include "present/text_style.hpp"
 
+#include <span>
 #include <string>
 
 #include <nlohmann/json.hpp>
 
 namespace culm::present {
+
+/// Effects of rigs with their values, one or some lines for each.
+[[nodiscard]] std::string rig_effects_text(std::span<const diagnose::RigAnswer> effects);
+[[nodiscard]] nlohmann::json rig_effects_json(std::span<const diagnose::RigAnswer> effects);
 
 /// docs/schemas/laboratory.schema.json, except options, folders and provenance.
 [[nodiscard]] nlohmann::json laboratory_json(const diagnose::Laboratory& laboratory);

@@ -59,6 +59,34 @@ class Calibrate(CulmTest):
         self.assertIn("No model deficiency detectable in this recording.", finished.stdout)
         self.assertIn("check: Eq. 1 fitted to the simulated stem", finished.stdout)
 
+    def test_fits_the_effects_of_a_rig_to_all_its_stems(self):
+        drag = TESTS / "data" / "hidden-effect" / "T2-quadratic_drag"
+        for name in ("A", "B"):
+            shutil.copytree(drag, self.folder / name)
+            stem = self.folder / name / "stem.toml"
+            stem.write_text(stem.read_text("utf-8").replace('id = "T2"', f'id = "{name}"\nrig = "1"',
+                                                            1), "utf-8")
+        finished, together = self.calibrate("A", "B", "--with", "quadratic_drag", *QUICKLY, "-q")
+        self.assertRegex(finished.stdout, r"^  quadratic_drag of rig 1, known\n"
+                         r"    quadratic_drag.drag_coefficient +1\.\d+  \(95 %: ")
+        effect = together["shared_effects"][0]
+        shared = effect["parameters"][0]
+        self.assertEqual((effect["rig"], shared["name"]), ("1", "drag_coefficient"))
+        alone = self.calibrate("A", "B", "--with", "quadratic_drag", "--each-alone", *QUICKLY,
+                               "-q")[1]
+        self.assertEqual(alone["shared_effects"], [])
+        of_one = alone["stems"][0]["parameters"]["quadratic_drag.drag_coefficient"]
+        # The two recordings are the same: the same value with 1/sqrt(2) of the uncertainty that
+        # comes from the readings.
+        self.assertAlmostEqual(shared["value"], of_one["value"], delta=0.02 * of_one["value"])
+        width = (shared["interval_95"][1] - shared["interval_95"][0]) / (2 * 1.96)
+        self.assertLess(width, of_one["stderr"])
+        stem = together["stems"][0]
+        self.assertNotIn("quadratic_drag.drag_coefficient", stem["parameters"])
+        line = stem["uncertainty_budget"]["inputs"][-1]
+        self.assertEqual(line["name"], "effects shared by rig 1")
+        self.assertGreater(line["shares"]["bond_damping"], 0.01)
+
     def test_states_the_residual_with_every_input_as_stated(self):
         clamp = TESTS / "data" / "hidden-effect" / "T3-clamp_compliance"
         fit = self.calibrate(str(clamp), *QUICKLY)[1]["stems"][0]["fit"]

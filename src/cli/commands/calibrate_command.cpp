@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm calibrate MEASUREMENT...: many stems spread over the ranks of a launcher.
 #include "calibrate/calibration.hpp"
+#include "calibrate/shared_effects.hpp"
 #include "calibrate/study_calibration.hpp"
 #include "cli/command_line.hpp"
 #include "cli/commands.hpp"
@@ -11,6 +12,7 @@
 #include "measure/folder/measurement_folder.hpp"
 #include "present/calibration.hpp"
 #include "present/files.hpp"
+#include "present/laboratory.hpp"
 #include "present/motion_files.hpp"
 #include "study/config/study_effects.hpp"
 #include "study/execute/study_folder.hpp"
@@ -35,6 +37,7 @@ using nlohmann::json;
 struct CalibrateArguments : RecordingArguments {
     std::string via;
     std::string effects;
+    bool is_each_alone = false;
     bool with_check = false;
     std::string check_integrator = "implicit";
 };
@@ -44,6 +47,7 @@ struct CalibrationPlan {
     measure::MeasurementSet read;
     calibrate::CalibrationOptions options;
     std::optional<calibrate::StudyForCalibration> study;
+    calibrate::SharedEffects shared; ///< fitted to all recordings first
 };
 
 reduce::PredictorRange range_of(const std::vector<double>& values) {
@@ -128,9 +132,11 @@ json calibrated(const CalibrationPlan& plan, std::size_t index, const CalibrateA
     const measure::Measurement& measurement = plan.read.measurements[index];
     const std::string& law = arguments.law;
     try {
-        calibrate::CalibrationOptions options = plan.options;
+        calibrate::CalibrationOptions options =
+            calibrate::with_shared_values(plan.options, plan.shared, measurement);
         options.fit.heartbeat = heartbeat;
-        const calibrate::Calibration found = calibrate::calibrate_stem(measurement, options);
+        calibrate::Calibration found = calibrate::calibrate_stem(measurement, options);
+        calibrate::add_shared_uncertainty(plan.shared, measurement, found);
         answer.text = present::calibration_text(found, law, arguments.with_details, style);
         answer.line = present::calibration_table_line(found, arguments.with_check, style);
         answer.numbers = present::numbers_of(found);
@@ -219,6 +225,7 @@ json document_of(const CalibrateArguments& arguments, const CalibrationPlan& pla
              {{"law", arguments.law},
               {"with", arguments.effects},
               {"window_s", present::number(arguments.window_s)}}},
+            {"shared_effects", present::rig_effects_json(plan.shared.effects)},
             {"population", population ? present::population_json(*population) : json()},
             {"stems", std::move(stems)},
             {"remarks", std::move(remarks)},
@@ -231,7 +238,8 @@ std::string calibrations_text(const CalibrateArguments& arguments, const Calibra
                               const std::optional<present::Population>& population) {
     if (answers.size() == 1)
         return answers.front().text + (answers.front().numbers ? answers.front().by_study : "");
-    std::string text = present::calibration_table_head(arguments.with_check);
+    std::string text = present::rig_effects_text(plan.shared.effects) +
+                       present::calibration_table_head(arguments.with_check);
     for (const StemAnswer& answer : answers)
         text += answer.line;
     text += "(± is half of the 95 % interval)\n";
@@ -287,13 +295,30 @@ core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan
     return all_calibrated ? core::ExitCode::Done : core::ExitCode::PointsFailed;
 }
 
+/// Fits the effects of rigs, which all recordings share, to all of them. Collective.
+calibrate::SharedEffects shared_effects(const CalibrationPlan& plan, bool is_quiet,
+                                        const farm::Communicator* communicator) {
+    StepDisplay display(is_quiet);
+    return calibrate::fit_shared_effects(
+        plan.read.measurements, plan.options, farm::over_ranks(communicator),
+        [&display](const std::string& step) { display.begin(step); });
+}
+
 core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
                                       const farm::Communicator* communicator) {
-    const CalibrationPlan plan = plan_of(arguments);
+    CalibrationPlan plan = plan_of(arguments);
     const RunProvenance provenance(calibration_inputs(arguments, plan), communicator);
     const bool is_quiet = arguments.is_silent(communicator);
     if (!arguments.output.empty())
         present::make_folder(fs::path(arguments.output) / "predictions");
+    try {
+        if (!arguments.is_each_alone)
+            plan.shared = shared_effects(plan, is_quiet, communicator);
+    } catch (const core::NumericalError& error) { // every rank meets it
+        if (is_root(communicator))
+            print_error(error.what());
+        return core::ExitCode::PointsFailed;
+    }
     std::vector<double> costs;
     for (const measure::Measurement& measurement : plan.read.measurements)
         costs.push_back(std::max(measurement.times.back(), 1e-3));
@@ -333,8 +358,11 @@ void add_calibration_options(CLI::App& command, CalibrateArguments& arguments) {
             "--with", arguments.effects,
             "Effects that are known to act, added to the published chain (`culm effects`): "
             "gravity, quadratic_drag(drag_coefficient=1.2), ...; parameters without a value "
-            "are fitted")
+            "are fitted, those of clamp, air and camera with one value for all recordings of one "
+            "stem.rig")
         ->type_name("EFFECT,...");
+    command.add_flag("--each-alone", arguments.is_each_alone,
+                     "Fit every parameter of --with to each recording alone");
 }
 
 } // namespace

@@ -63,14 +63,16 @@ void add_shared_uncertainty(const StemFit& stem, const SharedMinimum& shared,
         if (row >= rows)
             break;
         const Eigen::VectorXd by = follow.row(row)(effects).transpose();
-        const double added = by.dot(own * by);
+        const double added = std::sqrt(by.dot(own * by));
         const physics::ParameterId& id = stem.fit.parameters[k].id;
         if (id == physics::bond_youngs_modulus)
-            numbers.youngs_modulus_error =
-                std::hypot(numbers.youngs_modulus_error, std::sqrt(added));
+            numbers.youngs_modulus_error_by_shared = added;
         if (id == physics::bond_damping)
-            numbers.damping_error = std::hypot(numbers.damping_error, std::sqrt(added));
+            numbers.damping_error_by_shared = added;
     }
+    numbers.youngs_modulus_error =
+        std::hypot(numbers.youngs_modulus_error, numbers.youngs_modulus_error_by_shared);
+    numbers.damping_error = std::hypot(numbers.damping_error, numbers.damping_error_by_shared);
 }
 
 Population population_of(const std::vector<StemAnswer>& stems, StemNumbers StemAnswer::*numbers) {
@@ -195,12 +197,12 @@ class LaboratoryAnswer {
         added.family = to_string(family);
         added.family_probability =
             of_family == family_probability_.end() ? added.probability : of_family->second;
-        added.stems_needed = stems_needed(key);
+        add_power(key, added);
         return added;
     }
 
     /// The log odds grow with the number of stems, as far as they come from the readings.
-    [[nodiscard]] double stems_needed(const Key& key) const {
+    void add_power(const Key& key, RigAnswer& added) const {
         const LaboratoryModel* with = nullptr;
         const LaboratoryModel* without = nullptr;
         for (const LaboratoryModel* each : is_possible_) {
@@ -209,11 +211,7 @@ class LaboratoryAnswer {
                 first = each;
         }
         if (with == nullptr || without == nullptr)
-            return 0.0;
-        const double wanted =
-            options_.policy.temperature *
-            std::log(options_.policy.held_probability / (1.0 - options_.policy.held_probability));
-        const double now = with->log_evidence - without->log_evidence;
+            return;
         double of_readings = 0.0;
         double stems = 0.0;
         for (std::size_t s = 0; s < with->stems.size(); ++s)
@@ -222,9 +220,15 @@ class LaboratoryAnswer {
                                log_evidence(without->stems[s].evidence, search_.noise[s]);
                 stems += 1.0;
             }
-        if (now >= wanted || of_readings <= 0.0)
-            return 0.0;
-        return std::ceil(stems * (wanted - now) / of_readings);
+        const double held = options_.policy.held_probability;
+        const double wanted = std::log(held / (1.0 - held));
+        const double log_odds =
+            (with->log_evidence - without->log_evidence) / options_.policy.temperature;
+        const double per_stem = of_readings / stems / options_.policy.temperature;
+        added.log_odds = log_odds;
+        added.log_odds_per_stem = per_stem;
+        if (log_odds < wanted && per_stem > 0.0)
+            added.stems_needed = std::ceil((wanted - log_odds) / per_stem);
     }
 
     [[nodiscard]] std::vector<SharedValue> values_of(const RigEffect& effect) const {

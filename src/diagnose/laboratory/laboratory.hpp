@@ -33,6 +33,10 @@ struct RigAnswer {
     std::vector<SharedValue> values; ///< empty: the best model does not contain it
     /// About how many stems like these make it certain; 0: it is, or more stems do not help.
     double stems_needed = 0.0;
+    /// Of the likeliest model with the effect against the likeliest without it, and the part of it
+    /// that each further stem like these adds; NaN: only one of the two was fitted.
+    double log_odds = std::numeric_limits<double>::quiet_NaN();
+    double log_odds_per_stem = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// Numbers of a stem with every input as stated.
@@ -41,6 +45,8 @@ struct StemNumbers {
     double youngs_modulus_error = 0.0; ///< standard error, with the inputs and the shared numbers
     double damping = 0.0;              ///< β
     double damping_error = 0.0;
+    double youngs_modulus_error_by_shared = 0.0; ///< part that the shared numbers contribute
+    double damping_error_by_shared = 0.0;
     double rmse = 0.0; ///< m
 };
 
@@ -63,7 +69,8 @@ struct StemAnswer {
 template <class Wire>
 void fields(Wire& wire, StemNumbers& numbers) {
     wire(numbers.youngs_modulus, numbers.youngs_modulus_error, numbers.damping,
-         numbers.damping_error, numbers.rmse);
+         numbers.damping_error, numbers.youngs_modulus_error_by_shared,
+         numbers.damping_error_by_shared, numbers.rmse);
 }
 template <class Wire>
 void fields(Wire& wire, StemAnswer& stem) {

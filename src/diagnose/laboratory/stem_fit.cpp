@@ -89,8 +89,7 @@ void scale_readings(double factor, StackedReadings& stacked) {
 std::vector<Specimen> specimens_of(std::span<const measure::Measurement> measurements) {
     std::vector<Specimen> specimens;
     for (const measure::Measurement& recording : measurements) {
-        const std::string& name =
-            recording.specimen.empty() ? recording.stem.id : recording.specimen;
+        const std::string& name = recording.specimen_name();
         auto found = std::ranges::find(specimens, name, &Specimen::name);
         if (found == specimens.end())
             found = specimens.insert(specimens.end(), {name, recording.rig, {}});

@@ -24,7 +24,7 @@ struct Specimen {
     std::vector<measure::Measurement> recordings;
 };
 
-/// The recordings by stem.specimen (default: the recording's id), in the order of first appearance.
+/// The recordings by specimen, in the order of first appearance.
 /// Throws core::InputError if a specimen was recorded on two rigs.
 [[nodiscard]] std::vector<Specimen>
 specimens_of(std::span<const measure::Measurement> measurements);

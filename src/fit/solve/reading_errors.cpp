@@ -27,8 +27,7 @@ double finite(double derivative) {
 
 /// Recordings whose inputs have the same name share their term.
 std::string term_name(const StatedInput& input, const measure::Measurement& measurement) {
-    const std::string& specimen =
-        measurement.specimen.empty() ? measurement.stem.id : measurement.specimen;
+    const std::string& specimen = measurement.specimen_name();
     // Each specimen is clamped anew, at another height of the picture.
     if (input.is_of_rig && input.acts == InputActs::OnRows && !measurement.rig.empty())
         return fmt::format("{} of {} on rig {}", input.name, specimen, measurement.rig);

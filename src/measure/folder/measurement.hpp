@@ -199,6 +199,10 @@ struct Measurement {
     [[nodiscard]] double deflection(std::size_t time, std::size_t height) const {
         return deflections[time * heights.size() + height];
     }
+    /// The recording itself if no specimen is stated.
+    [[nodiscard]] const std::string& specimen_name() const {
+        return specimen.empty() ? stem.id : specimen;
+    }
     /// Deflections at one height, (times), m.
     [[nodiscard]] std::vector<double> history(std::size_t height) const;
     /// Root mean square of the readings at one height.
