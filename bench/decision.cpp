@@ -11,6 +11,7 @@
 // recordings of one line as measurement folders for `culm diagnose`.
 #include "bench/decision_cases.hpp"
 #include "bench/decision_grade.hpp"
+#include "bench/diagnosis_summary.hpp"
 #include "bench/result_file.hpp"
 #include "bench/run_program.hpp"
 #include "diagnose/diagnosis.hpp"
@@ -37,6 +38,7 @@ namespace {
 using namespace culm;
 using bench::AnswerSet;
 using bench::HiddenTruth;
+using bench::Rate;
 using nlohmann::json;
 
 /// T of Policy::temperature that are compared.
@@ -215,19 +217,6 @@ void print_case(const json& each) {
                each["grade"] == "failed" ? ": " + each["reason"].get<std::string>() : "");
     std::fflush(stdout);
 }
-
-struct Rate {
-    int hits = 0;
-    int of = 0;
-    void add(bool is_hit) {
-        hits += is_hit ? 1 : 0;
-        ++of;
-    }
-    [[nodiscard]] std::string text() const {
-        return of == 0 ? std::string("none")
-                       : fmt::format("{}/{} ({:.1f} %)", hits, of, 100.0 * hits / of);
-    }
-};
 
 /// Prints how often explanations of similar probability are the truth.
 void print_reliability(const json& cases) {

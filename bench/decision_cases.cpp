@@ -28,14 +28,6 @@ constexpr std::size_t kinds_total = 60;
 /// Known mass, as a share of the stem's own mass.
 constexpr double known_mass = 0.6;
 
-/// An independent random generator for each use.
-std::mt19937_64 dice_for(std::uint64_t seed, std::uint64_t number, std::string_view use) {
-    std::vector<std::uint64_t> words{seed, number};
-    words.insert(words.end(), use.begin(), use.end());
-    std::seed_seq mixed(words.begin(), words.end());
-    return std::mt19937_64(mixed);
-}
-
 beam::RecordingSpec drawn_spec(const json& key) {
     const std::uint64_t seed = key.at("seed");
     const std::uint64_t number = key.at("number");
@@ -53,13 +45,6 @@ beam::RecordingSpec drawn_spec(const json& key) {
         names[5 * number % names.size()],
         {spec.stem, spec.tip_deflection, spec.hold_time, spec.gravity_direction}, dice)};
     return spec;
-}
-
-/// By how many standard uncertainties an input is wrong. The error depends on the name, not
-/// on the order: an input that recordings share has the same error in all of them.
-double error_of(const std::string& input, std::uint64_t seed, std::uint64_t number) {
-    std::mt19937_64 dice = dice_for(seed, number, input);
-    return std::normal_distribution<double>()(dice);
 }
 
 } // namespace
@@ -101,7 +86,7 @@ DecisionCase decision_case(const json& key) {
             .add(noise, measurement);
         out.recordings.push_back(
             misstated(std::move(measurement), [=](const fit::StatedInput& input) {
-                return error_of(input.name, seed, number);
+                return normal_error(input.name, seed, number);
             }));
     }
     return out;

@@ -29,4 +29,18 @@ namespace culm::bench {
             {"noise_mm", 1e3 * found.baseline.parts.front().noise.front()}};
 }
 
+/// How often something happened.
+struct Rate {
+    int hits = 0;
+    int of = 0;
+    void add(bool is_hit) {
+        hits += is_hit ? 1 : 0;
+        ++of;
+    }
+    [[nodiscard]] std::string text() const {
+        return of == 0 ? std::string("none")
+                       : fmt::format("{}/{} ({:.1f} %)", hits, of, 100.0 * hits / of);
+    }
+};
+
 } // namespace culm::bench

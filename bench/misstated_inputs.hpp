@@ -5,10 +5,32 @@
 #include "fit/solve/reading_errors.hpp"
 #include "measure/folder/measurement.hpp"
 
+#include <cstdint>
+#include <random>
+#include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
+#include <vector>
 
 namespace culm::bench {
+
+/// An independent random generator for each use.
+[[nodiscard]] inline std::mt19937_64 dice_for(std::uint64_t seed, std::uint64_t number,
+                                              std::string_view use) {
+    std::vector<std::uint64_t> words{seed, number};
+    words.insert(words.end(), use.begin(), use.end());
+    std::seed_seq mixed(words.begin(), words.end());
+    return std::mt19937_64(mixed);
+}
+
+/// By how many standard uncertainties an input is wrong. The error depends on the name, not
+/// on the order: an input that recordings share has the same error in all of them.
+[[nodiscard]] inline double normal_error(const std::string& input, std::uint64_t seed,
+                                         std::uint64_t number) {
+    std::mt19937_64 dice = dice_for(seed, number, input);
+    return std::normal_distribution<double>()(dice);
+}
 
 /// The measurement with errors of ruler, calipers, balance and camera: each input has an error of
 /// error_of(input) times the uncertainty that culm assumes for it. A known mass stays at the tip.

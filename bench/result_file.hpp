@@ -35,6 +35,16 @@ class ResultFile {
 
     [[nodiscard]] const nlohmann::json& cases() const { return document_["cases"]; }
 
+    /// The keys that the file does not hold yet.
+    [[nodiscard]] std::vector<nlohmann::json>
+    missing(const std::vector<nlohmann::json>& keys) const {
+        std::vector<nlohmann::json> wanted;
+        for (const nlohmann::json& key : keys)
+            if (!holds(key))
+                wanted.push_back(key);
+        return wanted;
+    }
+
     /// Computes case_of(key) for the keys that the file does not hold yet, on `threads` threads,
     /// and calls print(case) for each. A key is the start of a case, for example {"number": 3}.
     /// No case is begun after `may_begin` returns false.
@@ -43,10 +53,7 @@ class ResultFile {
         const std::vector<nlohmann::json>& keys, const CaseOf& case_of, const Print& print,
         const std::function<bool()>& may_begin = [] { return true; },
         unsigned threads = std::thread::hardware_concurrency()) {
-        std::vector<nlohmann::json> wanted;
-        for (const nlohmann::json& key : keys)
-            if (!holds(key))
-                wanted.push_back(key);
+        const std::vector<nlohmann::json> wanted = missing(keys);
         std::mutex mutex;
         std::size_t next = 0;
         const auto work = [&] {
