@@ -59,7 +59,12 @@ class Coordinator final : public Heartbeat {
             settle(0, run_range(call_, scheduler_.held_by(0).front(), *this, permit_));
         }
         Summary summary = take_summary();
+        std::vector<BatchAnswer> kept;
+        if (!call_.options.shares_answers)
+            kept.swap(summary.answers);
         dismiss_workers(summary);
+        if (!call_.options.shares_answers)
+            summary.answers.swap(kept);
         return summary;
     }
 

@@ -36,6 +36,8 @@ struct FarmOptions {
 
     /// Called on rank 0 with each answer (BatchReport::answer) when it arrives; may be empty.
     std::function<void(const BatchAnswer&)> answered;
+    /// Are the answers sent to every rank, with the summary? Else only rank 0 has them.
+    bool shares_answers = true;
     /// Called on rank 0 at most every `progress_interval`, and once at the end; may be empty.
     std::function<void(const Progress&)> progress;
     std::chrono::milliseconds progress_interval{1000};

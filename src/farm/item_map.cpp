@@ -87,6 +87,8 @@ class RankMap {
             return report;
         };
         FarmOptions options = options_;
+        // A broadcast over a tree of ranks is faster, but does not return after a death.
+        options.shares_answers = options.silence_until_dead.count() > 0;
         if (store_)
             options.answered = [&](const BatchAnswer& answer) {
                 store_->add(number_of(items[answer.batch]), answer.bytes);
@@ -98,6 +100,8 @@ class RankMap {
             throw core::MapStopped{};
         for (const LostBatch& lost : summary.lost)
             outcomes[items[lost.batch]] = {std::nullopt, lost.reason, lost.with_rank};
+        if (!options.shares_answers)
+            summary.answers = on_root(communicator_, [&] { return summary.answers; });
         for (BatchAnswer& answer : summary.answers)
             outcomes[items[answer.batch]] = {std::move(answer.bytes), {}, false};
     }

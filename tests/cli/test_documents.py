@@ -37,6 +37,7 @@ LEFT_OUT = {
         "-DCULM_BUILD_TESTS=OFF": BUILDS,
     },
     "cluster.md": {"sbatch study.sbatch": INSIDE_SLURM},
+    "laboratory.md": {"mpirun -n 2 culm diagnose LAB -o ALL": MINUTES},
     "diagnosis.md": {"bench_decision 3900 200 decision.json": MINUTES},
     "uncertainty.md": {
         "bench_uncertainty_coverage 2001 500 coverage.json":
@@ -182,15 +183,12 @@ class Diagnose(OfMeasurements, unittest.TestCase):
 
 class Laboratory(OfMeasurements, unittest.TestCase):
     page = DOCS / "laboratory.md"
-    small = {"diagnose": "--spheres 12 --candidates clamp_compliance"}
+    small = {"calibrate": "--spheres 12"}
 
     def given(self, folder: Path):
         super().given(folder)
-        for name in ("M", "N"):
-            shutil.copytree(folder / name, folder / "LAB" / name)
-            settings = folder / "LAB" / name / "stem.toml"
-            settings.write_text(settings.read_text("utf-8").replace("[stem]", '[stem]\nrig = "A"'),
-                                "utf-8")
+        for name in ("R01", "R02", "R03"):
+            shutil.copytree(ROOT / "tests/data/lab-rig" / name, folder / "LAB" / name)
 
 
 class Track(Reference, unittest.TestCase):
