@@ -2,7 +2,6 @@
 // The archived data of one computed point of a study.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <string_view>

@@ -12,7 +12,6 @@
 #include <stdexcept>
 #include <string_view>
 #include <tuple>
-#include <utility>
 
 #include <fmt/format.h>
 

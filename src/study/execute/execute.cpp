@@ -13,7 +13,6 @@
 
 #include <array>
 #include <chrono>
-#include <cstring>
 #include <optional>
 #include <set>
 #include <span>

@@ -5,7 +5,6 @@
 #include "farm/communicator.hpp"
 #include "study/config/study_config.hpp"
 
-#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <filesystem>
