@@ -9,7 +9,6 @@
 #include <array>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string_view>
 #include <tuple>
 
@@ -342,13 +341,6 @@ const JournalIndex::Place* JournalIndex::find(std::int64_t point) const {
     const auto place = std::ranges::lower_bound(
         places_, point, {}, [](const Place& candidate) { return candidate.entry.point; });
     return place != places_.end() && place->entry.point == point ? &*place : nullptr;
-}
-
-const JournalEntry& JournalIndex::at(std::int64_t point) const {
-    const Place* place = find(point);
-    if (place == nullptr)
-        throw std::out_of_range(fmt::format("no journal knows point {}", point));
-    return place->entry;
 }
 
 std::optional<PointRecord> JournalIndex::find_record(std::int64_t point) {

@@ -78,9 +78,14 @@ class JournalIndex {
   public:
     explicit JournalIndex(std::span<const JournalScan> scans);
 
+    struct Place {
+        JournalEntry entry;
+        std::uint32_t file; ///< in the order of the scans
+    };
+
+    /// Null if the index does not contain the point.
+    [[nodiscard]] const Place* find(std::int64_t point) const;
     [[nodiscard]] bool contains(std::int64_t point) const { return find(point) != nullptr; }
-    /// std::out_of_range if the index does not contain the point.
-    [[nodiscard]] const JournalEntry& at(std::int64_t point) const;
     [[nodiscard]] std::size_t size() const { return places_.size(); }
 
     /// The record of a point; nothing if the index does not contain it. StorageError as for
@@ -88,13 +93,6 @@ class JournalIndex {
     [[nodiscard]] std::optional<PointRecord> find_record(std::int64_t point);
 
   private:
-    struct Place {
-        JournalEntry entry;
-        std::uint32_t file; ///< in files_
-    };
-
-    [[nodiscard]] const Place* find(std::int64_t point) const;
-
     std::vector<std::string> files_;
     std::vector<Place> places_; ///< ordered by point, each point once
     std::map<std::uint32_t, FileDescriptor> open_;
