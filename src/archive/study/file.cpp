@@ -20,9 +20,9 @@ namespace culm::archive {
 
 namespace {
 
-std::unique_ptr<Hdf5Input> open_input(const std::filesystem::path& path) {
+std::shared_ptr<const Hdf5Input> open_input(const std::filesystem::path& path) {
     const Hdf5Silence silence;
-    return std::make_unique<Hdf5Input>(path);
+    return std::make_shared<const Hdf5Input>(path);
 }
 
 /// The version of culm that wrote the file; its location is the same in every format.
@@ -121,10 +121,6 @@ StudyFile::StudyFile(const std::filesystem::path& path) : input_(open_input(path
     description_ = read_description(*input_);
     statuses_ = read_statuses(*input_, description_.points);
 }
-
-StudyFile::~StudyFile() = default;
-StudyFile::StudyFile(StudyFile&&) noexcept = default;
-StudyFile& StudyFile::operator=(StudyFile&&) noexcept = default;
 
 const std::filesystem::path& StudyFile::path() const {
     return input_->path();

@@ -24,11 +24,6 @@ class StudyFile {
     /// StorageError: not an HDF5 file, truncated, damaged, or locked. InputError: not a culm study,
     /// or its major format version is unknown.
     explicit StudyFile(const std::filesystem::path& path);
-    ~StudyFile();
-    StudyFile(StudyFile&&) noexcept;
-    StudyFile& operator=(StudyFile&&) noexcept;
-    StudyFile(const StudyFile&) = delete;
-    StudyFile& operator=(const StudyFile&) = delete;
 
     [[nodiscard]] const std::filesystem::path& path() const;
     /// The description that was given to write_study_file.
@@ -86,7 +81,7 @@ class StudyFile {
                                              const std::vector<Column>& columns,
                                              const std::string& name) const;
 
-    std::unique_ptr<Hdf5Input> input_; // behind a pointer: callers do not see hdf5.h
+    std::shared_ptr<const Hdf5Input> input_; // behind a pointer: callers do not see hdf5.h
     StudyDescription description_;
     std::vector<PointStatus> statuses_;
     mutable std::vector<std::vector<double>> result_rows_; ///< (columns, rows of one chunk)
