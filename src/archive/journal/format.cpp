@@ -30,6 +30,21 @@ bool is_known_kind(std::uint32_t number) {
            number != static_cast<std::uint32_t>(PointStatus::Missing);
 }
 
+/// The payload (docs/archive-format.md): all members except point and status, which are in the
+/// record's header.
+void put_payload(const PointRecord& record, ByteWriter& writer) {
+    const std::size_t doubles = record.values.size() + record.tip_deflection.size() +
+                                record.height_deflection.size() + record.positions.size();
+    writer.reserve(64 + record.failure_kind.size() + record.failure_reason.size() +
+                   doubles * sizeof(double));
+    writer.put_text(record.failure_kind);
+    writer.put_text(record.failure_reason);
+    writer.put_doubles(record.values);
+    writer.put_doubles(record.tip_deflection);
+    writer.put_doubles(record.height_deflection);
+    writer.put_doubles(record.positions);
+}
+
 } // namespace
 
 std::vector<std::byte> encode_journal_header(std::string_view identity, std::uint32_t version) {
@@ -83,19 +98,6 @@ std::optional<RecordHeader> decode_record_header(std::span<const std::byte> byte
         return std::nullopt;
     header.kind = static_cast<RecordKind>(kind);
     return header;
-}
-
-void put_payload(const PointRecord& record, ByteWriter& writer) {
-    const std::size_t doubles = record.values.size() + record.tip_deflection.size() +
-                                record.height_deflection.size() + record.positions.size();
-    writer.reserve(64 + record.failure_kind.size() + record.failure_reason.size() +
-                   doubles * sizeof(double));
-    writer.put_text(record.failure_kind);
-    writer.put_text(record.failure_reason);
-    writer.put_doubles(record.values);
-    writer.put_doubles(record.tip_deflection);
-    writer.put_doubles(record.height_deflection);
-    writer.put_doubles(record.positions);
 }
 
 PointRecord decode_payload(std::span<const std::byte> payload, std::string_view where) {

@@ -2,7 +2,6 @@
 // The bytes of a journal: file header and record headers (docs/archive-format.md, journal 2).
 #pragma once
 
-#include "archive/bytes.hpp"
 #include "archive/point_record.hpp"
 
 #include <array>
@@ -63,10 +62,6 @@ void encode_marks(std::span<const std::int64_t> points, RecordKind kind,
 
 /// The header in these record_header_size bytes; nothing if magic or checksum is wrong.
 [[nodiscard]] std::optional<RecordHeader> decode_record_header(std::span<const std::byte> bytes);
-
-/// Appends the payload of a journal record (docs/archive-format.md): all members except point and
-/// status, which are in the record's header.
-void put_payload(const PointRecord& record, ByteWriter& writer);
 
 /// Fills all but point and status from a payload. StorageError, beginning with `where`, if the
 /// bytes do not have the documented form.
