@@ -138,6 +138,13 @@ H5FD_class_t driver_class() {
     return driver;
 }
 
+/// Objects store no time, so that two archives of the same content have the same bytes.
+PropertyListHandle properties_without_times(hid_t kind, const std::filesystem::path& path) {
+    PropertyListHandle list(H5Pcreate(kind));
+    checked(H5Pset_obj_track_times(list.get(), false), "switch off object times", path);
+    return list;
+}
+
 FileHandle create_file(const Hdf5WriteDriver& driver, const std::filesystem::path& path) {
     const PropertyListHandle access = driver.access_properties();
     // Both bounds are fixed, so that a newer library writes the same bytes.
@@ -145,9 +152,7 @@ FileHandle create_file(const Hdf5WriteDriver& driver, const std::filesystem::pat
             "set the file format", path);
     // Closing the file also closes objects in it that are still open after an exception.
     checked(H5Pset_fclose_degree(access.get(), H5F_CLOSE_STRONG), "set up access", path);
-    // Objects store no time, so that two archives of the same content have the same bytes.
-    const PropertyListHandle creation(H5Pcreate(H5P_FILE_CREATE));
-    checked(H5Pset_obj_track_times(creation.get(), false), "switch off object times", path);
+    const PropertyListHandle creation = properties_without_times(H5P_FILE_CREATE, path);
     return FileHandle(checked(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation.get(), access.get()),
                               "create the file", path));
 }
@@ -155,7 +160,7 @@ FileHandle create_file(const Hdf5WriteDriver& driver, const std::filesystem::pat
 /// Properties of a dataset; the checksum is the last filter, so that it guards the stored bytes.
 PropertyListHandle creation_properties(const DatasetLayout& layout,
                                        const std::filesystem::path& path) {
-    PropertyListHandle list(H5Pcreate(H5P_DATASET_CREATE));
+    PropertyListHandle list = properties_without_times(H5P_DATASET_CREATE, path);
     checked(H5Pset_chunk(list.get(), static_cast<int>(layout.chunk.size()), layout.chunk.data()),
             "set a chunk shape", path);
     if (layout.compression > 0) {
@@ -164,7 +169,6 @@ PropertyListHandle creation_properties(const DatasetLayout& layout,
                 "set the deflate filter", path);
     }
     checked(H5Pset_fletcher32(list.get()), "set the checksum filter", path);
-    checked(H5Pset_obj_track_times(list.get(), false), "switch off object times", path);
     if (H5Tget_class(layout.type) == H5T_FLOAT) {
         // Values that were never written must not read as a plausible zero.
         const double fill = std::numeric_limits<double>::quiet_NaN();
@@ -248,8 +252,7 @@ Hdf5Output::Hdf5Output(std::filesystem::path path)
     : path_(std::move(path)), driver_(path_), file_(create_file(driver_, path_)) {}
 
 GroupHandle Hdf5Output::create_group(hid_t parent, const std::string& name) const {
-    const PropertyListHandle list(H5Pcreate(H5P_GROUP_CREATE));
-    checked(H5Pset_obj_track_times(list.get(), false), "switch off object times", path_);
+    const PropertyListHandle list = properties_without_times(H5P_GROUP_CREATE, path_);
     checked(H5Pset_attr_creation_order(list.get(), H5P_CRT_ORDER_TRACKED | H5P_CRT_ORDER_INDEXED),
             "track the order of attributes", path_);
     return GroupHandle(
@@ -319,8 +322,7 @@ void Hdf5Output::write_text(hid_t parent, const std::string& name, const std::st
     const std::string action = "write the text " + name;
     const DatatypeHandle type = fixed_text_type(text.size());
     const DataspaceHandle space = scalar_space();
-    const PropertyListHandle list(H5Pcreate(H5P_DATASET_CREATE));
-    checked(H5Pset_obj_track_times(list.get(), false), action, path_);
+    const PropertyListHandle list = properties_without_times(H5P_DATASET_CREATE, path_);
     const DatasetHandle dataset(checked(H5Dcreate2(parent, name.c_str(), type.get(), space.get(),
                                                    H5P_DEFAULT, list.get(), H5P_DEFAULT),
                                         action, path_));
