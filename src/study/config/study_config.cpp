@@ -261,26 +261,19 @@ std::string difference(const std::string& stored, const std::string& now) {
 }
 
 std::string to_text(const StudyFiles& files) {
-    nlohmann::json object = nlohmann::json::object();
-    for (const auto& [name, text] : files)
-        object[name] = text;
     // A file that is not UTF-8 cannot be repeated from the archive, but must not stop the study.
-    return object.dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
+    return nlohmann::json(files).dump(1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
 StudyFiles files_from_text(const std::string& text) {
-    StudyFiles files;
     if (text.empty())
-        return files;
+        return {};
     try {
-        const nlohmann::json object = nlohmann::json::parse(text);
-        for (const auto& [name, content] : object.items())
-            files.emplace(name, content.get<std::string>());
+        return nlohmann::json::parse(text).get<StudyFiles>();
     } catch (const nlohmann::json::exception& error) {
         throw core::InputError(std::string("the archived texts of the study's files: ") +
                                error.what());
     }
-    return files;
 }
 
 std::string integrator_text(const StudyConfig& config) {
