@@ -90,10 +90,9 @@ json explanations_json(const std::vector<diagnose::Explanation>& explanations) {
 }
 
 json immaterial_json(const std::vector<diagnose::ImmaterialEffect>& effects) {
-    json out = json::array();
-    for (const diagnose::ImmaterialEffect& effect : effects)
-        out.push_back({{"effect", effect.effect}, {"over_noise", number(effect.over_noise)}});
-    return out;
+    return array_of(effects, [](const diagnose::ImmaterialEffect& effect) -> json {
+        return {{"effect", effect.effect}, {"over_noise", number(effect.over_noise)}};
+    });
 }
 
 json failed_json(const std::vector<diagnose::ModelProbability>& models) {
@@ -151,36 +150,34 @@ json blind_spots_json(const std::vector<diagnose::DetectionLimit>& scores) {
 }
 
 json experiments_json(const std::vector<diagnose::Experiment>& experiments) {
-    json out = json::array();
-    for (const diagnose::Experiment& experiment : experiments)
-        out.push_back({{"what", experiment.what},
-                       {"separates", {experiment.first_model, experiment.second_model}},
-                       {"expected_gap", number(experiment.expected_gap)}});
-    return out;
+    return array_of(experiments, [](const diagnose::Experiment& experiment) -> json {
+        return {{"what", experiment.what},
+                {"separates", {experiment.first_model, experiment.second_model}},
+                {"expected_gap", number(experiment.expected_gap)}};
+    });
 }
 
 /// The force at the tip along one axis of its phase plane.
 json samples_json(const std::vector<diagnose::ForceSample>& samples, const char* key) {
-    json out = json::array();
-    for (const diagnose::ForceSample& sample : samples)
-        out.push_back({{"displacement_mm", number(1e3 * sample.displacement)},
-                       {"velocity_m_s", number(sample.velocity)},
-                       {key, number(sample.force)}});
-    return out;
+    return array_of(samples, [key](const diagnose::ForceSample& sample) -> json {
+        return {{"displacement_mm", number(1e3 * sample.displacement)},
+                {"velocity_m_s", number(sample.velocity)},
+                {key, number(sample.force)}};
+    });
 }
 
 json missing_force_json(const diagnose::MissingForce& force) {
     const char* key = force.kind == "bending_moment" ? "moment_n_m" : "force_n_per_m";
-    json terms = json::array();
-    for (const diagnose::ForceTerm& term : force.terms)
-        terms.push_back({{"term", term.term},
-                         {"coefficient", number(term.coefficient)},
-                         {"stderr", number(term.standard_error)},
-                         {"stability", number(term.stability)}});
+    const auto term_json = [](const diagnose::ForceTerm& term) -> json {
+        return {{"term", term.term},
+                {"coefficient", number(term.coefficient)},
+                {"stderr", number(term.standard_error)},
+                {"stability", number(term.stability)}};
+    };
     return {{"kind", force.kind},
             {"form", force.form},
             {"character", force.character},
-            {"terms", std::move(terms)},
+            {"terms", array_of(force.terms, term_json)},
             {"explained", number(force.explained)},
             {"rmse_mm", force.fit.is_fitted() ? number(1e3 * force.fit.rmse) : json()},
             {"against_displacement", samples_json(force.against_displacement, key)},
@@ -207,18 +204,16 @@ json where_of(const DiagnosisReport& report, std::size_t part) {
 }
 
 json families_json(const std::vector<diagnose::NamedFamily>& families) {
-    json out = json::array();
-    for (const diagnose::NamedFamily& named : families)
-        out.push_back({{"family", physics::to_string(named.family)}, {"members", named.members}});
-    return out;
+    return array_of(families, [](const diagnose::NamedFamily& named) -> json {
+        return {{"family", physics::to_string(named.family)}, {"members", named.members}};
+    });
 }
 
 json alternatives_json(const std::vector<diagnose::FamilyExplanation>& alternatives) {
-    json out = json::array();
-    for (const diagnose::FamilyExplanation& each : alternatives)
-        out.push_back({{"families", families_json(each.families)},
-                       {"probability", number(each.probability)}});
-    return out;
+    return array_of(alternatives, [](const diagnose::FamilyExplanation& each) -> json {
+        return {{"families", families_json(each.families)},
+                {"probability", number(each.probability)}};
+    });
 }
 
 json largest_unvisited_json(const std::optional<diagnose::PredictedModel>& model) {
