@@ -164,7 +164,7 @@ std::uint64_t DigitScrambler::operator()(std::uint64_t digits) const {
 }
 
 RankCorrelation::RankCorrelation(std::size_t variables, std::vector<double> rank)
-    : variables_(variables), rank_(std::move(rank)), factor_(rank_.size()) {
+    : variables_(variables), rank_(std::move(rank)) {
     const auto n = static_cast<Index>(variables);
     const MatrixXd given = Eigen::Map<const MatrixXd>(rank_.data(), n, n);
     const MatrixXd normal = normal_correlations(given, 1.0);
@@ -174,22 +174,19 @@ RankCorrelation::RankCorrelation(std::size_t variables, std::vector<double> rank
             "not positive definite (smallest eigenvalue {:.2g}): no quantities can be correlated "
             "like that; the correlations times {} or less are possible",
             smallest, possible_share(given)));
-    const MatrixXd lower = Eigen::LLT<MatrixXd>(normal).matrixL();
-    for (Index i = 0; i < n; ++i)
-        for (Index j = 0; j <= i; ++j)
-            factor_[static_cast<std::size_t>(i * n + j)] = lower(i, j);
+    factor_ = Eigen::LLT<MatrixXd>(normal).matrixL();
 }
 
 void RankCorrelation::correlate(std::span<double> u) const {
     std::vector<double> z(variables_);
     std::ranges::transform(u, z.begin(), normal_score);
     for (std::size_t i = 1; i < variables_; ++i) {
-        const double* row = &factor_[i * variables_];
+        const auto row = factor_.row(static_cast<Index>(i)).head(static_cast<Index>(i) + 1);
         // A variable that does not depend on earlier ones keeps its coordinate bit for bit.
-        if (row[i] == 1.0)
+        if (row[row.size() - 1] == 1.0)
             continue;
         // z' = L z has the correlations L Lᵀ when the z are independent.
-        u[i] = normal_share(std::inner_product(row, row + i + 1, z.begin(), 0.0));
+        u[i] = normal_share(std::inner_product(row.begin(), row.end(), z.begin(), 0.0));
     }
 }
 
@@ -203,16 +200,12 @@ void RankCorrelation::reorder(std::vector<std::vector<double>>& columns) const {
     const MatrixXd centred = scores.rowwise() - scores.colwise().mean();
     const MatrixXd covariance = centred.transpose() * centred / static_cast<double>(n);
     const Eigen::LLT<MatrixXd> by_chance(covariance);
-    MatrixXd lower = MatrixXd::Zero(k, k);
-    for (Index i = 0; i < k; ++i)
-        for (Index j = 0; j <= i; ++j)
-            lower(i, j) = factor_[static_cast<std::size_t>(i * k + j)];
     // Chance correlations of the sample are removed first if there are enough points to estimate
     // them.
     MatrixXd target = centred.transpose();
     if (by_chance.info() == Eigen::Success && n > 2 * k)
         by_chance.matrixL().solveInPlace(target);
-    target = lower * target;
+    target = factor_ * target;
     for (std::size_t j = 0; j < variables_; ++j) {
         const Eigen::VectorXd wanted = target.row(static_cast<Index>(j));
         const auto order = order_of({wanted.data(), static_cast<std::size_t>(n)});

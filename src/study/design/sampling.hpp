@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include <Eigen/Core>
 #include <Random123/philox.h>
 
 namespace culm::study {
@@ -143,7 +144,7 @@ class RankCorrelation {
   private:
     std::size_t variables_ = 0;
     std::vector<double> rank_;
-    std::vector<double> factor_; ///< lower triangle L, L Lᵀ = normal correlations, row-major
+    Eigen::MatrixXd factor_; ///< lower triangle L, L Lᵀ = normal correlations
 };
 
 } // namespace culm::study
