@@ -6,7 +6,6 @@
 #include "core/error.hpp"
 
 #include <algorithm>
-#include <array>
 #include <optional>
 #include <span>
 #include <string_view>
@@ -63,11 +62,18 @@ void for_each_block(const FileDescriptor& file, std::uint64_t begin, std::uint64
     }
 }
 
+/// The bytes of the file at the offset; fewer at its end.
+std::vector<std::byte> bytes_at(const FileDescriptor& file, std::uint64_t offset,
+                                std::uint64_t size) {
+    std::vector<std::byte> bytes(static_cast<std::size_t>(size));
+    bytes.resize(file.read_at(bytes, offset));
+    return bytes;
+}
+
 std::optional<RecordHeader> read_record_header(const FileDescriptor& file, std::uint64_t offset,
                                                std::uint64_t file_size) {
-    std::array<std::byte, record_header_size> bytes{};
-    const std::size_t got = file.read_at(bytes, offset);
-    std::optional<RecordHeader> header = decode_record_header(std::span(bytes).first(got));
+    std::optional<RecordHeader> header =
+        decode_record_header(bytes_at(file, offset, record_header_size));
     if (header && header->payload_size > file_size - offset - record_header_size)
         header.reset();
     return header;
@@ -123,10 +129,8 @@ bool header_was_never_finished(const FileDescriptor& file, std::string_view iden
         const std::vector<std::byte> expected = encode_journal_header(identity, version);
         if (size >= expected.size())
             continue;
-        std::vector<std::byte> found(static_cast<std::size_t>(size));
-        const std::size_t got = file.read_at(found, 0);
-        if (std::equal(found.begin(), found.begin() + static_cast<std::ptrdiff_t>(got),
-                       expected.begin()))
+        const std::vector<std::byte> found = bytes_at(file, 0, size);
+        if (std::equal(found.begin(), found.end(), expected.begin()))
             return true;
     }
     return is_all_zero(file, size);
@@ -134,13 +138,10 @@ bool header_was_never_finished(const FileDescriptor& file, std::string_view iden
 
 /// Whether the file ends within the header of any study.
 bool is_beginning_of_header(const FileDescriptor& file) {
-    std::vector<std::byte> bytes(journal_prefix_size);
-    bytes.resize(file.read_at(bytes, 0));
+    const std::vector<std::byte> bytes = bytes_at(file, 0, journal_prefix_size);
     const auto magic = std::as_bytes(std::span(journal_magic));
-    if (!std::equal(bytes.begin(),
-                    bytes.begin() +
-                        static_cast<std::ptrdiff_t>(std::min(bytes.size(), magic.size())),
-                    magic.begin()))
+    const std::size_t known = std::min(bytes.size(), magic.size());
+    if (!std::ranges::equal(std::span(bytes).first(known), magic.first(known)))
         return false;
     if (bytes.size() < journal_prefix_size)
         return true;
@@ -156,8 +157,7 @@ struct HeaderText {
 
 HeaderText read_header(const FileDescriptor& file) {
     const std::string name = file.path().string();
-    std::vector<std::byte> bytes(journal_prefix_size);
-    bytes.resize(file.read_at(bytes, 0));
+    std::vector<std::byte> bytes = bytes_at(file, 0, journal_prefix_size);
     const auto magic = std::as_bytes(std::span(journal_magic));
     if (bytes.size() < journal_prefix_size ||
         !std::equal(magic.begin(), magic.end(), bytes.begin()))
@@ -173,8 +173,7 @@ HeaderText read_header(const FileDescriptor& file) {
     const auto text_size = prefix.get<std::uint32_t>();
     const std::uint64_t size = journal_prefix_size + std::uint64_t{text_size} + sizeof(version);
     if (size <= file.size()) {
-        bytes.resize(static_cast<std::size_t>(size));
-        bytes.resize(file.read_at(bytes, 0));
+        bytes = bytes_at(file, 0, size);
         ByteReader reader(std::span<const std::byte>(bytes).subspan(magic.size() + sizeof(version)),
                           name);
         HeaderText header{reader.get_text(), size};
@@ -299,8 +298,7 @@ std::optional<std::string> read_journal_identity(const std::filesystem::path& pa
 PointRecord read_record(const FileDescriptor& file, const JournalEntry& entry) {
     const std::string where =
         fmt::format("{}, record at byte {}", file.path().string(), entry.offset);
-    std::vector<std::byte> bytes(static_cast<std::size_t>(entry.length));
-    bytes.resize(file.read_at(bytes, entry.offset));
+    const std::vector<std::byte> bytes = bytes_at(file, entry.offset, entry.length);
     const std::optional<RecordHeader> header = decode_record_header(bytes);
     // The study may be running: another process may have truncated the journal since the scan.
     if (!header || header->point != entry.point ||
