@@ -159,24 +159,22 @@ json budget_json(const fit::UncertaintyBudget& budget,
     std::vector<std::string> sentences;
     if (std::string defaults = defaults_sentence(budget); !defaults.empty())
         sentences.push_back(std::move(defaults));
-    json inputs = json::array();
-    for (std::size_t k = 0; k < budget.inputs.size(); ++k) {
+    const auto input_json = [&](std::size_t k) -> json {
         const fit::BudgetInput& line = budget.inputs[k];
-        inputs.push_back(
-            {{"name", line.input.name},
-             {"unit", line.input.unit},
-             {"value", number(line.input.value)},
-             {"standard_uncertainty", number(line.input.standard_uncertainty)},
-             {"default", line.input.is_default},
-             {"pull", number(line.pull)},
-             {"uncertainty_with_readings", number(line.uncertainty_with_readings)},
-             {"sensitivities",
-              by_parameter(parameters, [&](std::size_t p) { return line.sensitivities[p]; })},
-             {"shares",
-              by_parameter(parameters, [&](std::size_t p) { return budget.share(k, p); })}});
-    }
+        return {{"name", line.input.name},
+                {"unit", line.input.unit},
+                {"value", number(line.input.value)},
+                {"standard_uncertainty", number(line.input.standard_uncertainty)},
+                {"default", line.input.is_default},
+                {"pull", number(line.pull)},
+                {"uncertainty_with_readings", number(line.uncertainty_with_readings)},
+                {"sensitivities",
+                 by_parameter(parameters, [&](std::size_t p) { return line.sensitivities[p]; })},
+                {"shares",
+                 by_parameter(parameters, [&](std::size_t p) { return budget.share(k, p); })}};
+    };
     return {
-        {"inputs", std::move(inputs)},
+        {"inputs", array_of_count(budget.inputs.size(), input_json)},
         {"readings",
          {{"standard_uncertainties",
            by_parameter(parameters, [&](std::size_t p) { return budget.from_readings[p]; })},
