@@ -318,8 +318,7 @@ void read_correlation(ConfigContext& context) {
     const toml::table* table = context.section("correlation");
     if (table == nullptr)
         return;
-    const TableReader reader = context.reader("correlation");
-    reader.refuse_unknown_keys();
+    const TableReader reader = context.checked_reader("correlation");
     const toml::node* factors = table->get("factors");
     const toml::node* rank = table->get("rank");
     if (factors == nullptr || rank == nullptr) {

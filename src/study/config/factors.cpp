@@ -30,45 +30,43 @@ std::optional<double> parameter_value(const toml::node& node, const Parameter& p
     return std::nullopt;
 }
 
-/// Levels must be whole for whole-number parameters, and each must occur once.
-bool check_levels(const Levels& levels, const core::TomlEntry& entry, const Parameter& parameter,
-                  core::FileFaults& errors) {
-    const std::string key = "factors." + entry.key;
+/// The factor, or nothing with the error recorded: levels must be whole for whole-number
+/// parameters, and each must occur once.
+std::optional<Factor> factor_of(Levels levels, const core::TomlEntry& entry,
+                                const Parameter& parameter, const ConfigContext& context) {
     if (parameter.is_whole_number &&
         std::ranges::any_of(levels, [](double v) { return v != std::round(v); })) {
-        errors.add(entry.line, key, value_text(*entry.node), "levels must be whole numbers");
-        return false;
+        context.fault("factors", entry, "levels must be whole numbers");
+        return std::nullopt;
     }
     Levels sorted = levels;
     // Two equal levels would make points that are the same case under two numbers.
     std::ranges::sort(sorted);
     if (const auto twice = std::ranges::adjacent_find(sorted); twice != sorted.end()) {
-        errors.add(entry.line, key, value_text(*entry.node),
-                   fmt::format("must name {} once only", config_text(parameter, *twice)));
-        return false;
+        context.fault("factors", entry,
+                      fmt::format("must name {} once only", config_text(parameter, *twice)));
+        return std::nullopt;
     }
-    return true;
+    return Factor{&parameter, std::move(levels)};
 }
 
 std::optional<Factor> read_levels(const toml::array& array, const core::TomlEntry& entry,
-                                  const Parameter& parameter, core::FileFaults& errors) {
+                                  const Parameter& parameter, const ConfigContext& context) {
     Levels levels;
     for (const toml::node& node : array) {
         const auto value = parameter_value(node, parameter);
         if (!value) {
-            errors.add(line_of(node), "factors." + entry.key, value_text(node),
-                       parameter_allowed(parameter));
+            context.errors.add(line_of(node), "factors." + entry.key, value_text(node),
+                               parameter_allowed(parameter));
             return std::nullopt;
         }
         levels.push_back(*value);
     }
     if (levels.empty()) {
-        errors.add(entry.line, "factors." + entry.key, "[]", "must name at least one value");
+        context.fault("factors", entry, "must name at least one value");
         return std::nullopt;
     }
-    if (!check_levels(levels, entry, parameter, errors))
-        return std::nullopt;
-    return Factor{&parameter, std::move(levels)};
+    return factor_of(std::move(levels), entry, parameter, context);
 }
 
 /// `count` levels from `from` to `to`, both exactly; in the unit of the arguments.
@@ -109,10 +107,10 @@ std::optional<Factor> continuous_range(const FactorTable& table, const core::Tom
     // A factorial design combines levels; a range without levels has none to combine.
     if (table.context.config.design.type == DesignType::Factorial ||
         table.parameter.is_whole_number) {
-        table.context.errors.add(entry.line, "factors." + entry.key, value_text(*entry.node),
-                                 table.parameter.is_whole_number
-                                     ? "a range of whole numbers needs step or count"
-                                     : "a range in a factorial design needs step or count");
+        table.context.fault("factors", entry,
+                            table.parameter.is_whole_number
+                                ? "a range of whole numbers needs step or count"
+                                : "a range in a factorial design needs step or count");
         return std::nullopt;
     }
     const Unit& unit = table.parameter.unit;
@@ -146,9 +144,7 @@ std::optional<Factor> read_range(const FactorTable& table, const core::TomlEntry
     Levels levels = spaced(*from, *to, *count, is_log);
     for (double& level : levels)
         level = table.parameter.unit.to_si(level);
-    if (!check_levels(levels, entry, table.parameter, table.context.errors))
-        return std::nullopt;
-    return Factor{&table.parameter, std::move(levels)};
+    return factor_of(std::move(levels), entry, table.parameter, table.context);
 }
 
 /// The factor of one entry of [factors], or nothing with the errors recorded.
@@ -157,18 +153,18 @@ std::optional<Factor> read_factor(const core::TomlEntry& entry, const Parameter&
     const toml::table* table = entry.node->as_table();
     const bool is_distribution = table != nullptr && table->contains("distribution");
     if (context.config.design.type == DesignType::List && !is_distribution) {
-        context.errors.add(entry.line, "factors." + entry.key, value_text(*entry.node),
-                           "must be a distribution; a list design takes other values from "
-                           "[[design.point]]");
+        context.fault("factors", entry,
+                      "must be a distribution; a list design takes other values from "
+                      "[[design.point]]");
         return std::nullopt;
     }
     if (const toml::array* array = entry.node->as_array())
-        return read_levels(*array, entry, parameter, context.errors);
+        return read_levels(*array, entry, parameter, context);
     if (table == nullptr) {
-        context.errors.add(entry.line, "factors." + entry.key, value_text(*entry.node),
-                           fmt::format("must be a list, a range or a distribution; a single value "
-                                       "belongs into [{}]",
-                                       parameter.section));
+        context.fault("factors", entry,
+                      fmt::format("must be a list, a range or a distribution; a single value "
+                                  "belongs into [{}]",
+                                  parameter.section));
         return std::nullopt;
     }
     const FactorTable factor{
@@ -179,7 +175,9 @@ std::optional<Factor> read_factor(const core::TomlEntry& entry, const Parameter&
 }
 
 std::vector<std::string> parameter_keys(const StudyEffects& effects) {
-    std::vector<std::string> keys = effects.keys();
+    std::vector<std::string> keys;
+    for (const auto& row : effects.rows())
+        keys.push_back(row->key);
     for (const Parameter& parameter : parameters())
         keys.emplace_back(parameter.key);
     return keys;
@@ -192,9 +190,9 @@ const Parameter* parameter_of(const core::TomlEntry& entry, const std::string& s
     if (parameter == nullptr)
         parameter = context.config.effects.find(entry.key);
     if (parameter == nullptr)
-        context.errors.add(entry.line, section + "." + entry.key, value_text(*entry.node),
-                           unknown_key_hint({section, entry.key, entry.node->value<double>()},
-                                            parameter_keys(context.config.effects)));
+        context.fault(section, entry,
+                      unknown_key_hint({section, entry.key, entry.node->value<double>()},
+                                       parameter_keys(context.config.effects)));
     return parameter;
 }
 
@@ -207,8 +205,7 @@ void read_point(const toml::table& point, bool is_first, std::vector<Factor>& co
             continue;
         auto column = std::ranges::find(columns, parameter, &Factor::parameter);
         if (column == columns.end() && !is_first) {
-            context.errors.add(entry.line, "design.point." + entry.key, value_text(*entry.node),
-                               "the first [[design.point]] does not give it");
+            context.fault("design.point", entry, "the first [[design.point]] does not give it");
             continue;
         }
         if (column == columns.end()) {
@@ -217,8 +214,7 @@ void read_point(const toml::table& point, bool is_first, std::vector<Factor>& co
         }
         const auto value = parameter_value(*entry.node, *parameter);
         if (!value)
-            context.errors.add(entry.line, "design.point." + entry.key, value_text(*entry.node),
-                               parameter_allowed(*parameter));
+            context.fault("design.point", entry, parameter_allowed(*parameter));
         // A wrong value is replaced by a number, so that the rows below are not shifted while
         // errors are collected.
         std::get<Levels>(column->values).push_back(value.value_or(0.0));

@@ -67,8 +67,7 @@ void read_heights(const TableReader& reader, ConfigContext& context) {
 }
 
 void read_parameters(const std::string& section, ConfigContext& context) {
-    const TableReader reader = context.reader(section);
-    reader.refuse_unknown_keys();
+    const TableReader reader = context.checked_reader(section);
     for (const Parameter& parameter : parameters()) {
         if (parameter.section != section || !reader.has(parameter.key))
             continue;
@@ -79,8 +78,7 @@ void read_parameters(const std::string& section, ConfigContext& context) {
 }
 
 void read_study(ConfigContext& context) {
-    const TableReader reader = context.reader("study");
-    reader.refuse_unknown_keys();
+    const TableReader reader = context.checked_reader("study");
     StudyConfig& config = context.config;
     config.name = reader.text("name").value_or(std::filesystem::path(config.file).stem().string());
     config.seed = static_cast<std::uint64_t>(reader.whole_number("seed").value_or(1));
@@ -129,8 +127,7 @@ void read_effects(ConfigContext& context) {
 
 void read_law(ConfigContext& context) {
     const toml::table* table = context.section("law");
-    const TableReader reader = context.reader("law");
-    reader.refuse_unknown_keys();
+    const TableReader reader = context.checked_reader("law");
     physics::BondLawOptions& law = context.config.base.law;
     if (const auto named = physics::law_by_name(reader.word("name").value_or("schramm2019")))
         law = *named;
@@ -145,8 +142,7 @@ void read_law(ConfigContext& context) {
 }
 
 void read_integrator(ConfigContext& context) {
-    const TableReader reader = context.reader("integrator");
-    reader.refuse_unknown_keys();
+    const TableReader reader = context.checked_reader("integrator");
     run::Integrator& integrator = context.config.base.integrator;
     context.config.base.dimensions =
         static_cast<int>(reader.whole_number("dimensions").value_or(2));
@@ -177,8 +173,7 @@ void read_integrator(ConfigContext& context) {
 }
 
 void read_vibration(ConfigContext& context) {
-    const TableReader reader = context.reader("vibration");
-    reader.refuse_unknown_keys();
+    const TableReader reader = context.checked_reader("vibration");
     run::CaseSpec& base = context.config.base;
     const std::size_t errors_before = context.errors.count();
     base.duration = reader.number("duration_s").value_or(base.duration);
@@ -204,8 +199,7 @@ void read_vibration(ConfigContext& context) {
 }
 
 void read_reduce(ConfigContext& context) {
-    const TableReader reader = context.reader("reduce");
-    reader.refuse_unknown_keys();
+    const TableReader reader = context.checked_reader("reduce");
     ReduceOptions& reduce = context.config.reduce;
     reduce.window = reader.number("window_s");
     if (reduce.window > context.config.base.duration)
@@ -216,15 +210,13 @@ void read_reduce(ConfigContext& context) {
 }
 
 void read_archive(ConfigContext& context) {
-    const TableReader reader = context.reader("archive");
-    reader.refuse_unknown_keys();
+    const TableReader reader = context.checked_reader("archive");
     context.config.trajectory_compression =
         static_cast<int>(reader.whole_number("trajectory_compression").value_or(0));
 }
 
 void read_replicates(ConfigContext& context) {
-    const TableReader reader = context.reader("replicates");
-    reader.refuse_unknown_keys();
+    const TableReader reader = context.checked_reader("replicates");
     DesignOptions& design = context.config.design;
     const toml::table* of_design = context.section("design");
     if (reader.has("stems") && of_design != nullptr && of_design->contains("replicates"))
@@ -234,8 +226,7 @@ void read_replicates(ConfigContext& context) {
 }
 
 void read_design(ConfigContext& context) {
-    const TableReader reader = context.reader("design");
-    reader.refuse_unknown_keys();
+    const TableReader reader = context.checked_reader("design");
     DesignOptions& design = context.config.design;
     const std::string type = reader.word("type").value_or("factorial");
     design.type =
@@ -301,8 +292,7 @@ void read_fractions(const TableReader& reader, ConfigContext& context) {
 }
 
 void read_timestep(ConfigContext& context) {
-    const TableReader reader = context.reader("timestep");
-    reader.refuse_unknown_keys();
+    const TableReader reader = context.checked_reader("timestep");
     if (context.config.kind != StudyKind::Timestep) {
         for (const ConfigKey& key : config_keys_of("timestep"))
             if (reader.has(key.key))

@@ -86,6 +86,17 @@ struct ConfigContext {
     [[nodiscard]] TableReader reader(const std::string& name) const {
         return {section(name), name, name, errors};
     }
+    /// The same, once for each section: records its unknown keys.
+    [[nodiscard]] TableReader checked_reader(const std::string& name) const {
+        TableReader known = reader(name);
+        known.refuse_unknown_keys();
+        return known;
+    }
+    /// Records an error at an entry of a section, with its value.
+    void fault(const std::string& in, const core::TomlEntry& entry,
+               std::string_view allowed) const {
+        errors.add(entry.line, in + "." + entry.key, value_text(*entry.node), allowed);
+    }
     /// Notes that `key` is given there; records an error if it was given before.
     void note_given(const std::string& key, const GivenPlace& place);
 };

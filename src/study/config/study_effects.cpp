@@ -162,13 +162,6 @@ const Parameter* StudyEffects::find(std::string_view key) const {
     return found == rows_.end() ? nullptr : &(*found)->parameter;
 }
 
-std::vector<std::string> StudyEffects::keys() const {
-    std::vector<std::string> keys;
-    for (const auto& row : rows_)
-        keys.push_back(row->key);
-    return keys;
-}
-
 std::vector<physics::ActiveEffect>
 StudyEffects::with_defaults(const physics::StemParameters<double>& stem) const {
     std::vector<physics::ActiveEffect> active;

@@ -35,7 +35,6 @@ class StudyEffects {
     [[nodiscard]] const std::vector<physics::SelectedEffect>& selected() const { return selected_; }
     /// The row of that key, or nullptr. Rows live as long as any copy of this object.
     [[nodiscard]] const Parameter* find(std::string_view key) const;
-    [[nodiscard]] std::vector<std::string> keys() const;
     [[nodiscard]] const std::vector<std::shared_ptr<const EffectParameterRow>>& rows() const {
         return rows_;
     }
