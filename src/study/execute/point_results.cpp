@@ -119,6 +119,37 @@ void append_comparison(const StudyConfig& config, const run::CaseSpec& point, do
     }
 }
 
+/// The result columns of a time-step study; a group of them for each fraction.
+std::vector<archive::Column> timestep_columns(const TimestepOptions& options) {
+    std::vector<archive::Column> columns{
+        {"limit_stable", "s", "largest step that was run without gaining energy"},
+        {"limit_unstable", "s", "smallest step that was run and gained energy"},
+        {"limit_trials", "1", "runs of the bisection"},
+        {"limit_transverse", "s", "largest stable step of the linearised transverse motion"},
+        {"limit_axial", "s", "largest stable step of the linearised axial motion"},
+        {"limit_rule", "s", "the authors' rule 0.95/((1.1 + 2.9 beta) sqrt(k_n/m))"},
+        {"bond_time", "s", "sqrt(m/k_n) of a sphere and a bond"},
+    };
+    if (options.fractions.empty())
+        return columns;
+    columns.push_back({"reference_decay_per_cycle", "1", "b1/b2 of the implicit run"});
+    columns.push_back({"reference_frequency", "Hz", "b2 of the implicit run"});
+    for (const double fraction : options.fractions) {
+        const auto add = [&](const char* quantity, const char* unit, const char* description) {
+            columns.push_back(
+                {column_at(quantity, fraction), unit,
+                 fmt::format("{} at {} of the linearised limit", description, fraction)});
+        };
+        add("timestep", "s", "step taken");
+        add("outcome", "1", "0 fitted, 1 unstable, 2 no fit of Eq. 1");
+        add("decay_per_cycle", "1", "b1/b2");
+        add("frequency", "Hz", "b2");
+        add("predicted_decay_error", "1", "relative error of b1/b2 of the linearised first mode");
+        add("predicted_frequency_error", "1", "relative error of b2 of the linearised first mode");
+    }
+    return columns;
+}
+
 } // namespace
 
 archive::PointRecord failed_record(std::int64_t point, std::string_view kind,
@@ -172,6 +203,10 @@ std::vector<double> sample_times(const run::CaseSpec& spec) {
     return times;
 }
 
+std::string column_at(std::string_view quantity, double fraction) {
+    return fmt::format("{}_at_{}", quantity, fraction);
+}
+
 archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome outcome,
                                  const ReduceOptions& options) {
     if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
@@ -201,40 +236,6 @@ archive::PointRecord make_record(const run::CaseSpec& spec, run::CaseOutcome out
     if (spec.store == run::StoreLevel::Full)
         record.positions = std::move(result.positions);
     return record;
-}
-
-std::string column_at(std::string_view quantity, double fraction) {
-    return fmt::format("{}_at_{}", quantity, fraction);
-}
-
-std::vector<archive::Column> timestep_columns(const TimestepOptions& options) {
-    std::vector<archive::Column> columns{
-        {"limit_stable", "s", "largest step that was run without gaining energy"},
-        {"limit_unstable", "s", "smallest step that was run and gained energy"},
-        {"limit_trials", "1", "runs of the bisection"},
-        {"limit_transverse", "s", "largest stable step of the linearised transverse motion"},
-        {"limit_axial", "s", "largest stable step of the linearised axial motion"},
-        {"limit_rule", "s", "the authors' rule 0.95/((1.1 + 2.9 beta) sqrt(k_n/m))"},
-        {"bond_time", "s", "sqrt(m/k_n) of a sphere and a bond"},
-    };
-    if (options.fractions.empty())
-        return columns;
-    columns.push_back({"reference_decay_per_cycle", "1", "b1/b2 of the implicit run"});
-    columns.push_back({"reference_frequency", "Hz", "b2 of the implicit run"});
-    for (const double fraction : options.fractions) {
-        const auto add = [&](const char* quantity, const char* unit, const char* description) {
-            columns.push_back(
-                {column_at(quantity, fraction), unit,
-                 fmt::format("{} at {} of the linearised limit", description, fraction)});
-        };
-        add("timestep", "s", "step taken");
-        add("outcome", "1", "0 fitted, 1 unstable, 2 no fit of Eq. 1");
-        add("decay_per_cycle", "1", "b1/b2");
-        add("frequency", "Hz", "b2");
-        add("predicted_decay_error", "1", "relative error of b1/b2 of the linearised first mode");
-        add("predicted_frequency_error", "1", "relative error of b2 of the linearised first mode");
-    }
-    return columns;
 }
 
 archive::PointRecord compute_timestep_point(const StudyConfig& config, const run::CaseSpec& spec,

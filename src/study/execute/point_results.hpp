@@ -40,9 +40,6 @@ namespace culm::study {
 /// Outcome of the run at one step; the value in the archive.
 enum class StepOutcome { Fitted = 0, Unstable = 1, NoFit = 2 };
 
-/// The result columns, in the order of PointRecord::values; a group of them for each fraction.
-[[nodiscard]] std::vector<archive::Column> timestep_columns(const TimestepOptions& options);
-
 /// Name of a column that belongs to a fraction, for example "frequency_at_0.5".
 [[nodiscard]] std::string column_at(std::string_view quantity, double fraction);
 
