@@ -56,16 +56,17 @@ archive::Texts provenance_of(const StudyConfig& config, archive::Texts facts) {
     return facts;
 }
 
+namespace {
+
+using archive::PointRecord;
+
+/// (points, factors), row-major, in the units of the factors' keys.
 std::vector<double> design_in_config_units(const Design& design) {
     std::vector<double> values = design.values;
     for (std::size_t k = 0; k < values.size(); ++k)
         values[k] = design.factors[k % design.factors.size()].parameter->unit.from_si(values[k]);
     return values;
 }
-
-namespace {
-
-using archive::PointRecord;
 
 /// Writes the study file, with the integrator's work on all completed points in its provenance.
 void write_archive(const std::filesystem::path& path, const Study& study,

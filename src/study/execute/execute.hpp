@@ -59,8 +59,6 @@ struct ExecuteOutcome {
 [[nodiscard]] archive::StudyDescription description_of(const Study& study,
                                                        const archive::Texts& provenance);
 
-/// (points, factors), row-major, in the units of the factors' keys.
-[[nodiscard]] std::vector<double> design_in_config_units(const Design& design);
 /// `facts` about this program, and what describes the study: its configuration, files, name, seed.
 [[nodiscard]] archive::Texts provenance_of(const StudyConfig& config, archive::Texts facts);
 
