@@ -260,14 +260,13 @@ std::optional<ReplicateSummary> summarise_replicates(const Study& study,
         return std::nullopt;
     ReplicateSummary summary;
     summary.has_distributions = std::ranges::any_of(study.config.factors, &Factor::is_redrawn);
-    summary.responses.push_back({"decay_per_cycle", "1", {}, {}, {}});
-    summary.responses.push_back({"frequency", "Hz", {}, {}, {}});
-    const std::span<const double> values[] = {decay_per_cycle, frequency};
-    for (std::size_t k = 0; k < summary.responses.size(); ++k) {
-        summary.responses[k].population = reduce::summarise(finite(values[k]));
+    const auto add = [&](const char* name, std::span<const double> values) {
+        summary.responses.push_back({name, reduce::summarise(finite(values)), {}, {}});
         if (study.design.tests > 1)
-            summary.responses[k].components = components_of(study, values[k]);
-    }
+            summary.responses.back().components = components_of(study, values);
+    };
+    add("decay_per_cycle", decay_per_cycle);
+    add("frequency", frequency);
     add_sensitivities(study, decay_per_cycle, frequency, summary);
     return summary;
 }

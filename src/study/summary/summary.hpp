@@ -63,7 +63,6 @@ struct ArchivedStudy {
 /// Spread of one fitted quantity.
 struct ResponseSpread {
     std::string name; ///< "decay_per_cycle" or "frequency", as the archive's columns
-    std::string unit;
     reduce::SampleSummary population;
     std::optional<reduce::VarianceComponents> components; ///< of stems with several tests
     std::optional<reduce::Sensitivity> sensitivity;
