@@ -63,7 +63,7 @@ std::string histories_text(const archive::StudyDescription& description) {
 }
 
 /// For long texts, for example the configuration, only the size is shown.
-std::string provenance_text(const std::vector<std::pair<std::string, std::string>>& entries) {
+std::string provenance_text(const archive::Texts& entries) {
     constexpr std::size_t longest = 200;
     std::string text;
     for (const auto& [name, content] : entries) {
@@ -125,11 +125,8 @@ ordered_json damaged_json(const archive::DamagedDataset& dataset) {
             {"reason", dataset.reason}};
 }
 
-ordered_json pairs_json(const std::vector<std::pair<std::string, std::string>>& entries) {
-    ordered_json object = ordered_json::object();
-    for (const auto& [name, text] : entries)
-        object[name] = text;
-    return object;
+ordered_json pairs_json(const archive::Texts& entries) {
+    return ordered_json::object_t(entries.begin(), entries.end());
 }
 
 ordered_json archive_json(const FolderState& state) {

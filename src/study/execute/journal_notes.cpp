@@ -24,9 +24,7 @@ namespace fs = std::filesystem;
 constexpr const char* note_format = "culm-journal-note";
 
 nlohmann::ordered_json to_json(const StudyNote& note) {
-    nlohmann::ordered_json facts = nlohmann::ordered_json::object();
-    for (const auto& [name, text] : note.provenance)
-        facts[name] = text;
+    const nlohmann::ordered_json::object_t facts(note.provenance.begin(), note.provenance.end());
     return {{"format", note_format}, {"format_version", "1.1"},
             {"name", note.name},     {"points", note.points},
             {"start", note.start},   {"ranks", note.ranks},
