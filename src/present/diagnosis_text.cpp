@@ -105,12 +105,10 @@ std::string family_name(const diagnose::NamedFamily& named) {
 
 /// The effects of one explanation.
 std::string explanation_name(const std::vector<diagnose::NamedFamily>& families) {
-    std::vector<std::string> names;
-    names.reserve(families.size());
-    for (const diagnose::NamedFamily& named : families)
-        names.push_back(family_name(named));
-    return names.empty() ? std::string("the published chain")
-                         : fmt::format("{}", fmt::join(names, " and "));
+    return families.empty()
+               ? std::string("the published chain")
+               : fmt::format("{}",
+                             fmt::join(families | std::views::transform(family_name), " and "));
 }
 
 std::vector<std::string> sentences_on_unknown(const diagnose::Diagnosis& found) {

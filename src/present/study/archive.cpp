@@ -40,11 +40,12 @@ std::string counts_text(const FolderState& state) {
 }
 
 std::string columns_text(const std::vector<archive::Column>& columns) {
-    std::vector<std::string> names;
-    for (const archive::Column& column : columns)
-        names.push_back(column.unit == "1" ? column.name
-                                           : fmt::format("{} ({})", column.name, column.unit));
-    return names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "));
+    const auto text = [](const archive::Column& column) {
+        return column.unit == "1" ? column.name : fmt::format("{} ({})", column.name, column.unit);
+    };
+    return columns.empty()
+               ? "none"
+               : fmt::format("{}", fmt::join(columns | std::views::transform(text), ", "));
 }
 
 std::string histories_text(const archive::StudyDescription& description) {

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <map>
+#include <ranges>
 #include <set>
 #include <string>
 
@@ -82,13 +83,8 @@ std::string measured_text(const Factor& factor) {
 
 std::string values_text(const Factor& factor) {
     const auto text = [&](double si) { return config_text(*factor.parameter, si); };
-    if (const auto* levels = std::get_if<Levels>(&factor.values)) {
-        std::vector<std::string> texts;
-        texts.reserve(levels->size());
-        for (const double level : *levels)
-            texts.push_back(text(level));
-        return fmt::format("[{}]", fmt::join(texts, ", "));
-    }
+    if (const auto* levels = std::get_if<Levels>(&factor.values))
+        return fmt::format("[{}]", fmt::join(*levels | std::views::transform(text), ", "));
     const auto& d = std::get<Distribution>(factor.values);
     if (factor.measured)
         return measured_text(factor) + scatter_text(factor);
@@ -110,16 +106,14 @@ void add_replicate_options(const StudyConfig& config, Lines& lines) {
     if (!config.correlation)
         return;
     const FactorCorrelation& correlation = *config.correlation;
+    const auto key_of = [&](std::size_t member) { return config.factors[member].parameter->key; };
     for (std::size_t i = 0; i < correlation.factors.size(); ++i)
         for (std::size_t j = 0; j < i; ++j)
-            lines[fmt::format("correlation.{}, {}",
-                              config.factors[correlation.factors[j]].parameter->key,
-                              config.factors[correlation.factors[i]].parameter->key)] =
+            lines[fmt::format("correlation.{}, {}", key_of(correlation.factors[j]),
+                              key_of(correlation.factors[i]))] =
                 fmt::format("{}", correlation.rank.rank(i, j));
-    std::vector<std::string_view> order;
-    for (const std::size_t member : correlation.factors)
-        order.push_back(config.factors[member].parameter->key);
-    lines["correlation.factors"] = fmt::format("{}", fmt::join(order, ", "));
+    lines["correlation.factors"] =
+        fmt::format("{}", fmt::join(correlation.factors | std::views::transform(key_of), ", "));
 }
 
 void add_factors_and_design(const StudyConfig& config, Lines& lines) {
@@ -182,12 +176,10 @@ void add_outputs(const StudyConfig& config, Lines& lines) {
     if (config.kind == StudyKind::Timestep)
         return;
     lines["study.store"] = store_levels[static_cast<std::size_t>(config.base.store)];
-    if (!config.base.heights.empty()) {
-        std::vector<std::string> heights;
-        for (const double height : config.base.heights)
-            heights.push_back(fmt::format("{}", millimetre.from_si(height)));
-        lines["study.heights_mm"] = fmt::format("[{}]", fmt::join(heights, ", "));
-    }
+    const auto in_mm = [](double height) { return millimetre.from_si(height); };
+    if (!config.base.heights.empty())
+        lines["study.heights_mm"] = fmt::format(
+            "[{}]", fmt::join(config.base.heights | std::views::transform(in_mm), ", "));
     lines["reduce.window_s"] =
         fmt::format("{}", config.reduce.window.value_or(config.base.duration));
     lines["reduce.significance"] = fmt::format("{}", config.reduce.significance);

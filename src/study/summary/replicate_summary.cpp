@@ -8,10 +8,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <ranges>
 #include <span>
 #include <vector>
 
 #include <boost/math/quadrature/gauss.hpp>
+#include <fmt/ranges.h>
 
 namespace culm::study {
 namespace {
@@ -161,11 +163,8 @@ reduce::InputGroup input_group(const Study& study, const std::vector<std::size_t
     constexpr std::size_t most_rows = 10'000;
     const StudyConfig& config = study.config;
     reduce::InputGroup group;
-    for (const std::size_t factor : factors) {
-        if (!group.name.empty())
-            group.name += ", ";
-        group.name += config.factors[factor].parameter->key;
-    }
+    const auto key_of = [&](std::size_t factor) { return config.factors[factor].parameter->key; };
+    group.name = fmt::format("{}", fmt::join(factors | std::views::transform(key_of), ", "));
     group.values = rows_of_design(study, factors, points, 1);
     const bool scatters = std::ranges::any_of(
         factors, [&](std::size_t k) { return config.factors[k].within_stem.has_value(); });
