@@ -108,6 +108,21 @@ class Diagnosis:
                 and spot["smallest_visible"]["value"] is not None]
 
 
+class LaboratoryError(Exception):
+    """The file does not hold what it should; one sentence."""
+
+
+class Laboratory:
+    """`content` is the document (docs/schemas/laboratory.schema.json); `stems` are those that were
+    diagnosed, `left_out` the others."""
+
+    def __init__(self, folder: Path):
+        self.file = Path(folder) / "laboratory.json"
+        self.content = read_document(self.file, "diagnose", "laboratory", LaboratoryError)
+        self.stems = [stem for stem in self.content["stems"] if not stem.get("failure")]
+        self.left_out = [stem for stem in self.content["stems"] if stem.get("failure")]
+
+
 # Schramm et al. (2019), Fig. 5: mean and standard deviation of 29 stems.
 PUBLISHED_B1_PER_CYCLE = (-0.46, 0.17)
 PUBLISHED_B2_HZ = (64.6, 21.2)

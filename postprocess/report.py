@@ -59,7 +59,7 @@ def main(arguments=None) -> int:
     output = options.output or options.directory / "report.html"
     try:
         library, version = d3_js(options.d3_js)
-        sections = sections_of(options.directory)
+        sections = sections_of(options.directory, output.parent)
         name = options.directory.resolve().name
         write_whole(output, page_of(name, sections, library, version))
     except (NothingToReport, LibraryMissing, *REFUSALS) as error:

@@ -16,6 +16,10 @@ MOST_ROWS = 200  # of a table; the rest is counted
 MOST_FILES = 8  # of a provenance
 
 
+class Markup(str):
+    """HTML of this program, which a table takes as it is; texts of files in it are escaped."""
+
+
 def escaped(value) -> str:
     return html.escape(str(value), quote=True)
 
@@ -69,7 +73,8 @@ def _is_number(value) -> bool:
 def _cell(value, is_number: bool, tag: str = "td") -> str:
     attributes = ' class="number"' if is_number else ""
     attributes += ' scope="col"' if tag == "th" else ""
-    return f"<{tag}{attributes}>{escaped(_in_table(value))}</{tag}>"
+    text = value if isinstance(value, Markup) else escaped(_in_table(value))
+    return f"<{tag}{attributes}>{text}</{tag}>"
 
 
 def table(columns: list[str], rows: list, caption: str = "") -> str:
