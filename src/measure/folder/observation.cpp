@@ -20,14 +20,24 @@ std::size_t first_of_stencil(std::size_t above, std::size_t points, std::size_t 
     return std::min(centred, count - points);
 }
 
-/// Weights of the values at `nodes` in their interpolating polynomial at `place`.
-std::array<double, 4> lagrange_weights(std::span<const double> nodes, double place) {
-    std::array<double, 4> weights{};
+/// Weights of the values at `nodes` in the derivatives 0 … Count − 1 of their interpolating
+/// polynomial at `place`: the Lagrange polynomials Π (x − xⱼ)/(xᵢ − xⱼ), and the product rule
+/// factor by factor.
+template <std::size_t Count>
+std::array<std::array<double, 4>, Count> lagrange_weights(std::span<const double> nodes,
+                                                          double place) {
+    std::array<std::array<double, 4>, Count> weights{};
     for (std::size_t i = 0; i < nodes.size(); ++i) {
-        weights[i] = 1.0;
-        for (std::size_t j = 0; j < nodes.size(); ++j)
-            if (j != i)
-                weights[i] *= (place - nodes[j]) / (nodes[i] - nodes[j]);
+        weights[0][i] = 1.0;
+        for (std::size_t j = 0; j < nodes.size(); ++j) {
+            if (j == i)
+                continue;
+            const double distance = nodes[i] - nodes[j];
+            const double factor = (place - nodes[j]) / distance;
+            for (std::size_t d = Count - 1; d > 0; --d)
+                weights[d][i] = weights[d][i] * factor + double(d) * weights[d - 1][i] / distance;
+            weights[0][i] *= factor;
+        }
     }
     return weights;
 }
@@ -45,7 +55,7 @@ double lateral_position(std::span<const double> positions, std::size_t stride, s
     std::array<double, 4> nodes{};
     for (std::size_t k = 0; k < spheres; ++k)
         nodes[k] = node(first + k);
-    const std::array<double, 4> weights = lagrange_weights({nodes.data(), spheres}, place);
+    const auto [weights] = lagrange_weights<1>({nodes.data(), spheres}, place);
     double sum = 0.0;
     for (std::size_t k = 0; k < spheres; ++k)
         sum += weights[k] * positions[(first + k) * stride + 1];
@@ -68,50 +78,6 @@ double weighted_sum(const TimeStencil& stencil, const std::array<double, 4>& wei
     for (std::size_t k = 0; k < stencil.samples; ++k)
         sum += weights[k] * table[(stencil.first + k) * columns + j];
     return sum;
-}
-
-/// Weight of node i at `time`, the Lagrange polynomial Π (t − tⱼ)/(tᵢ − tⱼ), and its derivative by
-/// time, by the product rule factor by factor.
-void set_weight(std::span<const double> nodes, double time, std::size_t i, TimeStencil& stencil) {
-    double weight = 1.0;
-    double rate = 0.0;
-    for (std::size_t j = 0; j < nodes.size(); ++j) {
-        if (j == i)
-            continue;
-        const double distance = nodes[i] - nodes[j];
-        rate = rate * (time - nodes[j]) / distance + weight / distance;
-        weight *= (time - nodes[j]) / distance;
-    }
-    stencil.weights[i] = weight;
-    stencil.rates[i] = rate;
-}
-
-/// Weights of the values at four nodes, 0 … 3, in their interpolating cubic at `place`, and in its
-/// first two derivatives.
-struct CubicWeights {
-    std::array<double, 4> value{};
-    std::array<double, 4> slope{};
-    std::array<double, 4> bend{};
-};
-
-CubicWeights cubic_weights(double place) {
-    CubicWeights weights;
-    for (int i = 0; i < 4; ++i) {
-        const auto at = static_cast<std::size_t>(i);
-        double& value = weights.value[at] = 1.0;
-        double& slope = weights.slope[at];
-        double& bend = weights.bend[at];
-        for (int j = 0; j < 4; ++j) {
-            if (j == i)
-                continue;
-            const double distance = i - j;
-            const double factor = (place - j) / distance;
-            bend = bend * factor + 2.0 * slope / distance;
-            slope = slope * factor + value / distance;
-            value *= factor;
-        }
-    }
-    return weights;
 }
 
 /// A first-order low-pass filter of time constant `lag`, s.
@@ -164,7 +130,9 @@ double reading_of_sensor(const Sensor& sensor, const ChainSample& chain, int dim
     if (!above)
         return unseen;
     const std::size_t first = first_of_stencil(*above, 4, count);
-    const CubicWeights weights = cubic_weights(place - static_cast<double>(first));
+    constexpr std::array nodes{0.0, 1.0, 2.0, 3.0};
+    const auto [value, slope, bend] =
+        lagrange_weights<3>(nodes, place - static_cast<double>(first));
     const auto sum = [&](std::span<const double> values, const std::array<double, 4>& by,
                          std::size_t axis) {
         double total = 0.0;
@@ -172,29 +140,29 @@ double reading_of_sensor(const Sensor& sensor, const ChainSample& chain, int dim
             total += by[k] * values[(first + k) * stride + axis];
         return total;
     };
-    const double along = sum(chain.positions, weights.slope, 0);
-    const double aside = sum(chain.positions, weights.slope, 1);
+    const double along = sum(chain.positions, slope, 0);
+    const double aside = sum(chain.positions, slope, 1);
     const double stretch = std::hypot(along, aside);
     const double sine = aside / stretch;
     const double cosine = along / stretch;
     switch (sensor.quantity) {
     case Quantity::Displacement:
-        return sum(chain.positions, weights.value, 1) + sensor.distance_from_axis * (cosine - 1.0);
+        return sum(chain.positions, value, 1) + sensor.distance_from_axis * (cosine - 1.0);
     case Quantity::Velocity:
-        return sum(chain.velocities, weights.value, 1) + surroundings.support_velocity;
+        return sum(chain.velocities, value, 1) + surroundings.support_velocity;
     case Quantity::Acceleration: {
         const auto [axial_gravity, gravity] = surroundings.gravity;
-        const double axial = sum(chain.accelerations, weights.value, 0) - axial_gravity;
-        const double lateral = sum(chain.accelerations, weights.value, 1) +
-                               surroundings.support_acceleration - gravity;
+        const double axial = sum(chain.accelerations, value, 0) - axial_gravity;
+        const double lateral =
+            sum(chain.accelerations, value, 1) + surroundings.support_acceleration - gravity;
         return lateral * cosine - axial * sine + gravity;
     }
     case Quantity::Strain:
         break;
     }
-    const double curvature = (along * sum(chain.positions, weights.bend, 1) -
-                              aside * sum(chain.positions, weights.bend, 0)) /
-                             (stretch * stretch * stretch);
+    const double curvature =
+        (along * sum(chain.positions, bend, 1) - aside * sum(chain.positions, bend, 0)) /
+        (stretch * stretch * stretch);
     return -sensor.distance_from_axis * curvature;
 }
 
@@ -235,8 +203,9 @@ TimeStencil time_stencil(std::span<const double> sample_times, double time) {
     stencil.samples = std::min<std::size_t>(4, count);
     stencil.first = first_of_stencil(above, stencil.samples, count);
     const auto nodes = sample_times.subspan(stencil.first, stencil.samples);
-    for (std::size_t i = 0; i < stencil.samples; ++i)
-        set_weight(nodes, time, i, stencil);
+    const auto [weights, rates] = lagrange_weights<2>(nodes, time);
+    stencil.weights = weights;
+    stencil.rates = rates;
     return stencil;
 }
 
