@@ -147,10 +147,10 @@ TEST(TrackedVideo, ToleratesAFlickeringLamp) {
 TEST(TrackedVideo, FindsReleaseFrequencyAndNoise) {
     const RenderedVideo video;
     const Track track = track_rendered(video);
-    EXPECT_EQ(track.window.last_held, 10U);
+    EXPECT_EQ(track.window.release.last_held, 10U);
     // This stem moves in one mode, without a beam's waves: the error is up to 0.35 frames.
-    EXPECT_NEAR(track.window.release_number, video.release_frame, 0.35);
-    EXPECT_NEAR(track.window.cycles_per_frame, 1.0 / video.frames_per_cycle, 1e-3);
+    EXPECT_NEAR(track.window.release.number, video.release_frame, 0.35);
+    EXPECT_NEAR(track.window.cycles_per_frame(), 1.0 / video.frames_per_cycle, 1e-3);
     EXPECT_EQ(track.measurement.noise_source.find("11 frames before"), 0U);
     ASSERT_TRUE(track.measurement.noise);
     const double noise_px = *track.measurement.noise * 1e3 / rendered_mm_per_px;
@@ -300,8 +300,8 @@ TEST(TrackedVideo, FindsTheReleaseBelowAFingerThatHidesTheTip) {
     };
     const Track track = track_rendered(video);
     EXPECT_LT(error_of(track, video).rms, good);
-    EXPECT_EQ(track.window.last_held, 10U);
-    EXPECT_NEAR(track.window.release_number, video.release_frame, 0.5);
+    EXPECT_EQ(track.window.release.last_held, 10U);
+    EXPECT_NEAR(track.window.release.number, video.release_frame, 0.5);
 }
 
 TEST(TrackedVideo, LeavesOutHeightsBeyondThePicture) {

@@ -65,11 +65,11 @@ struct WatchedHistory {
 };
 
 struct ReleaseMoment {
-    std::size_t last_held = 0;
-    std::size_t held_frames = 0;
-    double number = 0.0;          ///< frame number with fraction
+    std::size_t last_held = 0;    ///< index of the last frame in which the stem is held still
+    std::size_t held_frames = 0;  ///< up to and including it, held at the same position
+    double number = 0.0;          ///< frame number, with fraction, at which it was let go
     double misfit = 0.0;          ///< largest difference from the release curve there, of the pull
-    double sign = 1.0;            ///< of the pull
+    double sign = 1.0;            ///< −1 if it was pulled toward smaller columns
     double pull = 0.0;            ///< held column less the rest, times sign, pixels, > 0
     double held_noise = 0.0;      ///< robust spread of the held columns, pixels
     double period = 0.0;          ///< mean over the swings seen, frames

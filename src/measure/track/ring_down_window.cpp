@@ -177,14 +177,15 @@ void find_noise(RingDownWindow& window, const AxisRecord& record,
                 const std::vector<double>& spread_about_swing) {
     const std::size_t count = record.numbers.size();
     const std::size_t at_rest = window.rest_begin ? count - *window.rest_begin : 0;
+    const std::size_t held = window.release.held_frames;
     // Frames after rest are preferred if there are clearly more; a finger that holds may tremble.
-    if (window.held_frames >= fewest_still_frames && at_rest < 4 * window.held_frames) {
-        const std::size_t end = window.last_held + 1;
-        window.noise = spread(record, end - std::min(end, window.held_frames), end);
-        draw_together(window.noise, window.held_frames);
-        window.noise_source = fmt::format("{} frames before the release", window.held_frames);
-        window.noise_correlation =
-            correlation_while_still(record, end - std::min(end, window.held_frames), end);
+    if (held >= fewest_still_frames && at_rest < 4 * held) {
+        const std::size_t end = window.release.last_held + 1;
+        const std::size_t begin = end - std::min(end, held);
+        window.noise = spread(record, begin, end);
+        draw_together(window.noise, held);
+        window.noise_source = fmt::format("{} frames before the release", held);
+        window.noise_correlation = correlation_while_still(record, begin, end);
     } else if (at_rest >= fewest_still_frames) {
         window.noise = spread(record, *window.rest_begin, count);
         // A good tracker still resolves the last of the swing, which is not noise.
@@ -312,13 +313,8 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
                                  swing ? swing->decay_per_frame() * release.period : 0.0,
                              .last_held = options.release_frame};
     release = find_release(history, clues, options.source);
-    window.last_held = release.last_held;
-    window.held_frames = release.held_frames;
-    window.release_number = release.number;
-    window.sign = release.sign;
+    window.release = release;
     window.watched = watched;
-    window.pull = release.pull;
-    window.cycles_per_frame = 1.0 / release.period;
     window.moving_noise = about_swing;
     find_noise(window, record, swing, about_swing);
     if (const auto step = fit_swing(record, after_first_swings, history.column.size(), 1.0);

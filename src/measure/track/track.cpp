@@ -66,7 +66,7 @@ void drop_repeated_frames(Track& track, const std::vector<bool>& repeats) {
     const RingDownWindow& window = track.window;
     const std::size_t end = window.rest_begin.value_or(repeats.size());
     std::string dropped;
-    for (std::size_t k = window.last_held + 1; k < end; ++k) {
+    for (std::size_t k = window.release.last_held + 1; k < end; ++k) {
         if (!repeats[k])
             continue;
         for (AxisRecord* record : {&track.rows, &track.heights})
@@ -136,11 +136,12 @@ void state_exposure(Track& track, std::optional<double> frames) {
 void choose_frames(Track& track) {
     const RingDownWindow& window = track.window;
     const std::size_t before = std::size_t(track.settings.frames_before_release.value_or(
-        int(std::min<std::size_t>(50, std::max<std::size_t>(1, window.held_frames)))));
-    track.first_kept = window.last_held + 1 - std::min(window.last_held + 1, before);
+        int(std::min<std::size_t>(50, std::max<std::size_t>(1, window.release.held_frames)))));
+    track.first_kept =
+        window.release.last_held + 1 - std::min(window.release.last_held + 1, before);
     track.last_kept = track.rows.numbers.size() - 1;
     if (track.settings.trim_after_rest && window.rest_begin) {
-        const auto period = std::size_t(std::ceil(1.0 / window.cycles_per_frame));
+        const auto period = std::size_t(std::ceil(1.0 / window.cycles_per_frame()));
         track.last_kept = std::min(track.last_kept, *window.rest_begin + 2 * period);
     }
 }
@@ -197,7 +198,7 @@ void fill_measurement(Track& track) {
     Measurement& measurement = track.measurement;
     const double scale = track.settings.metres_per_pixel;
     const RingDownWindow& window = track.window;
-    const double sign = track.settings.pull_sign.value_or(int(window.sign));
+    const double sign = track.settings.pull_sign.value_or(int(window.release.sign));
     measurement = track.settings.description;
     measurement.remarks.clear();
     measurement.frames_per_second = track.frames_per_second;
@@ -208,7 +209,7 @@ void fill_measurement(Track& track) {
         measurement.heights.push_back(rounded_length(height * scale));
     for (std::size_t k = track.first_kept; k <= track.last_kept; ++k) {
         const double time =
-            (track.heights.numbers[k] - window.release_number) / track.frames_per_second;
+            (track.heights.numbers[k] - window.release.number) / track.frames_per_second;
         measurement.times.push_back(std::round(time * 1e9) / 1e9);
         for (std::size_t h = 0; h < track.heights.places.size(); ++h)
             measurement.deflections.push_back(

@@ -94,18 +94,13 @@ struct StemSurvey {
                                      const TrackSettings& settings, int threads);
 
 struct RingDownWindow {
-    std::size_t last_held = 0;   ///< index of the last frame in which the stem is held still
-    std::size_t held_frames = 0; ///< up to and including it, held at the same position
-    double release_number = 0.0; ///< frame number, with fraction, at which it was let go
+    ReleaseMoment release;                 ///< at the place watched
     std::optional<std::size_t> rest_begin; ///< index of the first frame at rest
     /// (places) column, pixels: the median of the frames after the motion has died down or, if the
     /// recording ends before, the centre of the decaying swing.
     std::vector<double> rest;
     bool is_rest_seen = false;
-    double sign = 1.0;             ///< −1 if it was pulled toward smaller columns
-    std::size_t watched = 0;       ///< the place
-    double pull = 0.0;             ///< deflection while held, at the place watched, pixels, > 0
-    double cycles_per_frame = 0.0; ///< of the swing
+    std::size_t watched = 0;   ///< the place
     std::vector<double> noise; ///< (places) standard deviation of a reading, pixels; NaN unknown
     std::string noise_source;  ///< from which frames
     /// Correlation between the errors of a reading in consecutive frames of a still stem; 0 if it
@@ -115,6 +110,8 @@ struct RingDownWindow {
     /// It includes errors that a still stem does not have. Empty if the swing is too short.
     std::vector<double> moving_noise;
     std::vector<std::string> remarks;
+
+    [[nodiscard]] double cycles_per_frame() const { return 1.0 / release.period; } ///< of the swing
 };
 
 struct WindowOptions {

@@ -72,7 +72,7 @@ void doubt_scale(Track& track) {
 }
 
 void doubt_rate(Track& track) {
-    const double cycles = track.window.cycles_per_frame;
+    const double cycles = track.window.cycles_per_frame();
     if (cycles > TrackTolerances::cycles_per_frame)
         track.remarks.push_back(fmt::format(
             "only {:.1f} frames per swing: decay and higher modes are poorly resolved; below two "
@@ -90,7 +90,7 @@ void doubt_rate(Track& track) {
 void doubt_places(Track& track) {
     const TrackSettings& settings = track.settings;
     const RingDownWindow& window = track.window;
-    if (settings.pull_sign && *settings.pull_sign != int(window.sign))
+    if (settings.pull_sign && *settings.pull_sign != int(window.release.sign))
         track.remarks.emplace_back("the stem is pulled to the other side than pull_side says: "
                                    "deflections begin negative");
     if (!settings.axis)
@@ -119,7 +119,7 @@ std::optional<double> tip_row(const Track& track) {
 
 double modulus_of_swing(const Track& track) {
     const MeasuredStem& stem = track.measurement.stem;
-    const double frequency = track.window.cycles_per_frame * track.frames_per_second;
+    const double frequency = track.window.cycles_per_frame() * track.frames_per_second;
     const double root =
         2.0 * std::numbers::pi * frequency * stem.length * stem.length / (1.8751 * 1.8751);
     return root * root * mass_per_length(stem) / second_moment_of_area(stem.section);

@@ -55,7 +55,7 @@ const char* channel_name(Band band) {
 }
 
 const char* positive_side(const Track& track) {
-    const int sign = track.settings.pull_sign.value_or(int(track.window.sign));
+    const int sign = track.settings.pull_sign.value_or(int(track.window.release.sign));
     if (is_sideways(track.survey.view.up))
         return sign > 0 ? "bottom" : "top";
     return sign > 0 ? "right" : "left";
@@ -79,12 +79,12 @@ nlohmann::ordered_json to_json(const Track& track) {
                                                    std::size_t(survey.trace.bottom_row - 1))},
                         {"threshold", track.settings.threshold ? "given" : "automatic"}};
     json["apparent_width_px"] = survey.apparent_width;
-    json["release"] = {{"last_held_frame", track.rows.numbers[window.last_held]},
-                       {"frame", window.release_number},
-                       {"held_frames", window.held_frames},
-                       {"pull_mm", window.pull * scale_mm},
+    json["release"] = {{"last_held_frame", track.rows.numbers[window.release.last_held]},
+                       {"frame", window.release.number},
+                       {"held_frames", window.release.held_frames},
+                       {"pull_mm", window.release.pull * scale_mm},
                        {"pull_at_height_mm", track.measurement.heights[window.watched] * 1e3}};
-    json["swing_hz"] = window.cycles_per_frame * track.frames_per_second;
+    json["swing_hz"] = window.cycles_per_frame() * track.frames_per_second;
     json["modulus_of_bare_beam_pa"] = modulus_of_swing(track);
     json["rest"] = {{"from", window.is_rest_seen ? "frames at rest" : "decaying swing"},
                     {"first_frame", window.rest_begin ? nlohmann::ordered_json(
@@ -124,11 +124,11 @@ std::string summary_text(const Track& track) {
     text += fmt::format(
         "    release  frame {:.2f}, pulled to the {} by {:.2f} mm at {:g} mm, held for {} "
         "frames\n",
-        window.release_number, positive_side(track), window.pull * scale_mm,
-        measurement.heights[window.watched] * 1e3, window.held_frames);
+        window.release.number, positive_side(track), window.release.pull * scale_mm,
+        measurement.heights[window.watched] * 1e3, window.release.held_frames);
     text += fmt::format(
         "    swing    {:.2f} Hz, {:.1f} frames per cycle; as a plain beam, E = {:.3g} GPa\n",
-        window.cycles_per_frame * track.frames_per_second, 1.0 / window.cycles_per_frame,
+        window.cycles_per_frame() * track.frames_per_second, 1.0 / window.cycles_per_frame(),
         modulus_of_swing(track) * 1e-9);
     text += fmt::format(
         "    rest     {}\n",

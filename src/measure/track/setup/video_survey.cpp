@@ -165,12 +165,13 @@ std::map<std::size_t, std::string> shown_positions(const Track& track, bool has_
         return shown;
     }
     const RingDownWindow& window = track.window;
+    const std::size_t last_held = window.release.last_held;
     const std::vector<double> watched = track.heights.history(window.watched);
     const auto half_period =
-        std::max<std::size_t>(2, std::size_t(0.5 / std::max(1e-6, window.cycles_per_frame)));
+        std::max<std::size_t>(2, std::size_t(0.5 / std::max(1e-6, window.cycles_per_frame())));
     // The largest deflection of each of the first half-periods.
     for (std::size_t half = 0; half < 8; ++half) {
-        const std::size_t begin = window.last_held + 1 + half * half_period;
+        const std::size_t begin = last_held + 1 + half * half_period;
         const std::size_t end = std::min(frames, begin + half_period);
         std::size_t turning = begin;
         double largest = -1.0;
@@ -185,11 +186,11 @@ std::map<std::size_t, std::string> shown_positions(const Track& track, bool has_
     }
     shown[0] = "first frame searched";
     shown[frames - 1] = "last frame searched";
-    for (std::size_t after = 1; after <= 4 && window.last_held + after < frames; ++after)
-        shown[window.last_held + after] = fmt::format("{} after the release", after);
-    for (std::size_t before = 1; before <= std::min<std::size_t>(4, window.last_held); ++before)
-        shown[window.last_held - before] = fmt::format("held, {} before the last", before);
-    shown[window.last_held] = "held, the last frame before the release";
+    for (std::size_t after = 1; after <= 4 && last_held + after < frames; ++after)
+        shown[last_held + after] = fmt::format("{} after the release", after);
+    for (std::size_t before = 1; before <= std::min<std::size_t>(4, last_held); ++before)
+        shown[last_held - before] = fmt::format("held, {} before the last", before);
+    shown[last_held] = "held, the last frame before the release";
     return shown;
 }
 
@@ -222,10 +223,10 @@ json stem_json(const Track& track, bool has_motion) {
              {"pull_px", nullptr},
              {"cycles_per_frame", nullptr}};
     if (has_motion) {
-        out["release_frame"] = track.heights.numbers[track.window.last_held];
+        out["release_frame"] = track.heights.numbers[track.window.release.last_held];
         out["pull_side"] = positive_side(track);
-        out["pull_px"] = rounded(track.window.pull);
-        out["cycles_per_frame"] = track.window.cycles_per_frame;
+        out["pull_px"] = rounded(track.window.release.pull);
+        out["cycles_per_frame"] = track.window.cycles_per_frame();
     }
     return out;
 }
