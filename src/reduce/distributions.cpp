@@ -38,6 +38,11 @@ double student_t_factor(std::size_t degrees_of_freedom) {
     return boost::math::quantile(boost::math::complement(distribution, tail));
 }
 
+Estimate estimate(double value, double variance, double factor) {
+    const double error = std::sqrt(std::max(variance, 0.0));
+    return {value, error, value - factor * error, value + factor * error};
+}
+
 double student_t_p_value(double t, std::size_t degrees_of_freedom) {
     if (std::isinf(t))
         return 0.0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Tail probabilities and quantiles for the intervals and tests of this layer, and tests whether
-// residuals are noise: of correlation, of runs, and against a known noise.
+// Estimates with intervals, tail probabilities and quantiles for the intervals and tests of this
+// layer, and tests whether residuals are noise: of correlation, of runs, and against a known noise.
 #pragma once
 
 #include <cstddef>
@@ -18,6 +18,17 @@ inline constexpr double confidence_level = 0.95;
 /// Half-width of the two-sided interval of coverage `confidence_level`, in standard errors: the
 /// quantile of Student's t distribution. Throws std::domain_error unless degrees_of_freedom > 0.
 [[nodiscard]] double student_t_factor(std::size_t degrees_of_freedom);
+
+/// An estimated number; the interval has the coverage `confidence_level`.
+struct Estimate {
+    double value = 0.0;
+    double standard_error = 0.0;
+    double lower = 0.0;
+    double upper = 0.0;
+};
+
+/// With an interval of `factor` standard errors to either side; a negative variance counts as zero.
+[[nodiscard]] Estimate estimate(double value, double variance, double factor);
 
 /// P(|T| >= |t|) for Student's t distribution; 0 for an infinite t.
 [[nodiscard]] double student_t_p_value(double t, std::size_t degrees_of_freedom);

@@ -2,7 +2,6 @@
 #include "reduce/linear_regression.hpp"
 
 #include "core/error.hpp"
-#include "reduce/distributions.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -65,15 +64,10 @@ void set_coefficients(const Eigen::VectorXd& values, std::span<const std::string
                       LinearRegression& result) {
     const double factor = student_t_factor(result.degrees_of_freedom);
     for (Eigen::Index j = 0; j < values.size(); ++j) {
-        Coefficient coefficient;
-        coefficient.name = names[static_cast<std::size_t>(j)];
-        coefficient.value = values[j];
-        coefficient.standard_error = std::sqrt(result.covariance(j, j));
-        coefficient.lower = values[j] - factor * coefficient.standard_error;
-        coefficient.upper = values[j] + factor * coefficient.standard_error;
-        const double t = values[j] == 0.0 ? 0.0 : values[j] / coefficient.standard_error;
-        coefficient.p_value = student_t_p_value(t, result.degrees_of_freedom);
-        result.coefficients.push_back(coefficient);
+        const Estimate found = estimate(values[j], result.covariance(j, j), factor);
+        const double t = values[j] == 0.0 ? 0.0 : values[j] / found.standard_error;
+        result.coefficients.push_back({found, names[static_cast<std::size_t>(j)],
+                                       student_t_p_value(t, result.degrees_of_freedom)});
     }
 }
 
@@ -133,18 +127,14 @@ Prediction predict(const LinearRegression& regression, std::span<const double> r
         fail(fmt::format("a prediction from {} coefficients was given {} regressors", columns,
                          regressors.size()));
     const Eigen::Map<const Eigen::VectorXd> row(regressors.data(), columns);
-    Prediction prediction;
+    double value = 0.0;
     for (std::size_t j = 0; j < regressors.size(); ++j)
-        prediction.value += regression.coefficients[j].value * regressors[j];
+        value += regression.coefficients[j].value * regressors[j];
     // A new observation has the variance of the law, xᵀ Cov x, plus that of one response about it.
-    const double mean_variance = row.dot(regression.covariance * row);
-    prediction.mean_standard_error = std::sqrt(std::max(mean_variance, 0.0));
-    prediction.standard_error = std::hypot(prediction.mean_standard_error, regression.sigma);
-    const double reach =
-        student_t_factor(regression.degrees_of_freedom) * prediction.standard_error;
-    prediction.lower = prediction.value - reach;
-    prediction.upper = prediction.value + reach;
-    return prediction;
+    const double mean_variance = std::max(row.dot(regression.covariance * row), 0.0);
+    return {estimate(value, mean_variance + regression.sigma * regression.sigma,
+                     student_t_factor(regression.degrees_of_freedom)),
+            std::sqrt(mean_variance)};
 }
 
 NestedTest nested_f_test(const LinearRegression& reduced, const LinearRegression& full) {

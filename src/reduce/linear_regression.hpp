@@ -2,6 +2,8 @@
 // Ordinary least squares with standard errors, intervals and tests.
 #pragma once
 
+#include "reduce/distributions.hpp"
+
 #include <cstddef>
 #include <span>
 #include <string>
@@ -12,12 +14,8 @@
 namespace culm::reduce {
 
 /// One fitted coefficient with its 95 % interval and the p-value of the t-test that it is zero.
-struct Coefficient {
+struct Coefficient : Estimate {
     std::string name;
-    double value = 0.0;
-    double standard_error = 0.0;
-    double lower = 0.0;
-    double upper = 0.0;
     double p_value = 1.0;
 };
 
@@ -33,13 +31,9 @@ struct LinearRegression {
     Eigen::MatrixXd covariance;           ///< (columns, columns), of the coefficients
 };
 
-/// A response predicted at a new point.
-struct Prediction {
-    double value = 0.0;
+/// A response predicted at a new point: the estimate of one new observation.
+struct Prediction : Estimate {
     double mean_standard_error = 0.0; ///< of the mean response
-    double standard_error = 0.0;      ///< of one new observation
-    double lower = 0.0;               ///< 95 % interval of one new observation
-    double upper = 0.0;
 };
 
 /// Least squares by QR with column pivoting of the design scaled to columns of unit length.

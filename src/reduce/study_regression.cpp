@@ -203,18 +203,15 @@ Prediction predict_response(const LinearRegression& law, std::span<const Term> t
     std::vector<double> regressors;
     for (const Term term : terms)
         regressors.push_back(term_value(term, reading.decay_per_cycle, reading.frequency));
-    Prediction prediction = predict(law, regressors);
+    const Prediction exact = predict(law, regressors);
     // The errors of b1 and b2 propagate through the law to first order. They are independent of the
     // law's errors and of each other.
     const double reading_error = std::hypot(
         slope_along(Term::First, law, terms, reading) * reading.decay_per_cycle_standard_error,
         slope_along(Term::Second, law, terms, reading) * reading.frequency_standard_error);
-    prediction.mean_standard_error = std::hypot(prediction.mean_standard_error, reading_error);
-    prediction.standard_error = std::hypot(prediction.standard_error, reading_error);
-    const double reach = student_t_factor(law.degrees_of_freedom) * prediction.standard_error;
-    prediction.lower = prediction.value - reach;
-    prediction.upper = prediction.value + reach;
-    return prediction;
+    const double variance = std::pow(exact.standard_error, 2) + std::pow(reading_error, 2);
+    return {estimate(exact.value, variance, student_t_factor(law.degrees_of_freedom)),
+            std::hypot(exact.mean_standard_error, reading_error)};
 }
 
 ParameterPrediction predict_parameter(const RegressionOutcome& outcome,
@@ -251,9 +248,9 @@ void square(std::optional<Prediction>& prediction, std::string& reason) {
     // coverage.
     const double root = prediction->value;
     const double lower = std::max(prediction->lower, 0.0);
-    prediction = Prediction{root * root, 2.0 * root * prediction->mean_standard_error,
-                            2.0 * root * prediction->standard_error, lower * lower,
-                            prediction->upper * prediction->upper};
+    prediction = Prediction{{root * root, 2.0 * root * prediction->standard_error, lower * lower,
+                             prediction->upper * prediction->upper},
+                            2.0 * root * prediction->mean_standard_error};
 }
 
 /// One usable stem: β, Y in Pa, and u = τ/Δt.
@@ -285,18 +282,18 @@ std::vector<Stem> usable(const TimestepPoints& points) {
     return stems;
 }
 
-/// `row(stem)` gives the regressors, `response(stem)` the right-hand side, and
-/// `fitted(coefficients, stem)` the step of the law.
-template <std::size_t N, class Row, class Response, class Fitted>
+/// `row(stem)` gives the regressors and, last, the right-hand side; `fitted(coefficients, stem)`
+/// the step of the law.
+template <std::size_t N, class Row, class Fitted>
 TimestepLawOutcome fit_law(const std::vector<Stem>& stems, const std::array<std::string, N>& names,
-                           const Row& row, const Response& response, const Fitted& fitted) {
+                           const Row& row, const Fitted& fitted) {
     Eigen::MatrixXd design(static_cast<Eigen::Index>(stems.size()), static_cast<Eigen::Index>(N));
     std::vector<double> responses;
     for (std::size_t k = 0; k < stems.size(); ++k) {
-        const std::array<double, N> regressors = row(stems[k]);
+        const std::array<double, N + 1> numbers = row(stems[k]);
         for (std::size_t c = 0; c < N; ++c)
-            design(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(c)) = regressors[c];
-        responses.push_back(response(stems[k]));
+            design(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(c)) = numbers[c];
+        responses.push_back(numbers.back());
     }
     TimestepLawOutcome outcome;
     try {
@@ -314,19 +311,15 @@ TimestepLawOutcome fit_law(const std::vector<Stem>& stems, const std::array<std:
 
 using Coefficients = std::vector<Coefficient>;
 
-double one(const Stem&) {
-    return 1.0;
-}
-
 /// (τ/dt)² = A + B β (τ/dt), the limit of central differences for a damped oscillator, divided by
 /// u² = (τ/dt)² so that every stem's error counts relative to its step: 1 = A/u² + B β/u.
 TimestepLawOutcome fit_damped_oscillator(const std::vector<Stem>& stems) {
     return fit_law<2>(
         stems, {"A", "B"},
         [](const Stem& s) {
-            return std::array{1.0 / (s.inverse_step * s.inverse_step), s.damping / s.inverse_step};
+            return std::array{1.0 / (s.inverse_step * s.inverse_step), s.damping / s.inverse_step,
+                              1.0};
         },
-        one,
         [](const Coefficients& c, const Stem& s) {
             const double linear = c[1].value * s.damping;
             const double u = 0.5 * (linear + std::sqrt(linear * linear + 4.0 * c[0].value));
@@ -339,9 +332,8 @@ TimestepLawOutcome fit_rule_form(const std::vector<Stem>& stems) {
     return fit_law<2>(
         stems, {"a", "b"},
         [](const Stem& s) {
-            return std::array{1.0 / s.inverse_step, s.damping / s.inverse_step};
+            return std::array{1.0 / s.inverse_step, s.damping / s.inverse_step, 1.0};
         },
-        one,
         [](const Coefficients& c, const Stem& s) {
             return s.limit * s.inverse_step / (c[0].value + c[1].value * s.damping);
         });
@@ -353,9 +345,9 @@ TimestepLawOutcome fit_power_law(std::vector<Stem> stems) {
     return fit_law<3>(
         stems, {"ln_c", "p", "q"},
         [](const Stem& s) {
-            return std::array{1.0, std::log(s.youngs_modulus), std::log(s.damping)};
+            return std::array{1.0, std::log(s.youngs_modulus), std::log(s.damping),
+                              std::log(s.limit)};
         },
-        [](const Stem& s) { return std::log(s.limit); },
         [](const Coefficients& c, const Stem& s) {
             return std::exp(c[0].value + c[1].value * std::log(s.youngs_modulus) +
                             c[2].value * std::log(s.damping));

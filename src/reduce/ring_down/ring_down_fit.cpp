@@ -161,11 +161,6 @@ double sum_of_squares_about_mean(const std::vector<double>& values) {
 
 } // namespace
 
-Estimate estimate(double value, double variance, double factor) {
-    const double error = std::sqrt(std::max(variance, 0.0));
-    return {value, error, value - factor * error, value + factor * error};
-}
-
 RingDownFit fit_ring_down(std::span<const double> times, std::span<const double> deflections,
                           const RingDownFitOptions& options) {
     const PreparedHistory history = prepare(times, deflections, options);

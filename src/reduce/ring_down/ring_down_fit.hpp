@@ -3,6 +3,8 @@
 // frequency.
 #pragma once
 
+#include "reduce/distributions.hpp"
+
 #include <cstddef>
 #include <numbers>
 #include <optional>
@@ -20,17 +22,6 @@ struct RingDownFitOptions {
     /// and is refused. 2π is about 71 % of critical damping.
     double largest_decay_per_cycle = 2.0 * std::numbers::pi;
 };
-
-/// A fitted number; the interval has a coverage of 95 %.
-struct Estimate {
-    double value = 0.0;
-    double standard_error = 0.0;
-    double lower = 0.0;
-    double upper = 0.0;
-};
-
-/// With an interval of `factor` standard errors to either side; a negative variance counts as zero.
-[[nodiscard]] Estimate estimate(double value, double variance, double factor);
 
 /// y(t) = deflection_scale · amplitude · exp(decay_rate t) · cos(2π frequency t).
 struct RingDownFit {
