@@ -58,14 +58,6 @@ struct DecaysOverHeight {
     }
 };
 
-/// The slope of b1 over height. One mode of a linear stem has the same b1 at every height.
-std::optional<LineFit> banding_of(const StemRingDowns& stem) {
-    DecaysOverHeight found;
-    found.add(stem);
-    const LineFit line = fit_line(found.places, found.decays, found.weights);
-    return line.count > 0 ? std::optional(line) : std::nullopt;
-}
-
 HeightRingDown fit_height(const StemHistories& stem, std::size_t index,
                           RingDownAnalysisOptions options) {
     HeightRingDown result;
@@ -105,13 +97,6 @@ void adjust_banding(std::vector<StemRingDowns>& stems, PopulationSummary& summar
     }
 }
 
-LineFit pooled_decay_against_height(const std::vector<StemRingDowns>& stems) {
-    DecaysOverHeight found;
-    for (const StemRingDowns& stem : stems)
-        found.add(stem);
-    return found.places.empty() ? LineFit{} : fit_line(found.places, found.decays);
-}
-
 } // namespace
 
 StemRingDowns fit_stem(const StemHistories& stem, const RingDownAnalysisOptions& options) {
@@ -139,7 +124,11 @@ StemRingDowns fit_stem(const StemHistories& stem, const RingDownAnalysisOptions&
         result.frequency = weighted_mean(frequencies);
         result.decay_per_cycle = weighted_mean(decays);
     }
-    result.banding = banding_of(result);
+    // One mode of a linear stem has the same b1 at every height.
+    DecaysOverHeight found;
+    found.add(result);
+    if (const LineFit line = fit_line(found.places, found.decays, found.weights); line.count > 0)
+        result.banding = line;
     return result;
 }
 
@@ -167,9 +156,11 @@ PopulationSummary summarise_population(std::vector<StemRingDowns>& stems) {
     summary.largest_deflection = summarise(collect(&StemRingDowns::largest_deflection));
     summary.length = summarise(collect(&StemRingDowns::length));
     summary.aspect_ratio = summarise(aspect_ratios);
-    if (!decays.empty())
-        summary.decay_against_aspect_ratio = fit_line(aspect_ratios, decays);
-    summary.decay_against_height = pooled_decay_against_height(stems);
+    summary.decay_against_aspect_ratio = fit_line(aspect_ratios, decays);
+    DecaysOverHeight pooled;
+    for (const StemRingDowns& stem : stems)
+        pooled.add(stem);
+    summary.decay_against_height = fit_line(pooled.places, pooled.decays);
     adjust_banding(stems, summary);
     return summary;
 }
