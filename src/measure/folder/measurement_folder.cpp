@@ -21,14 +21,6 @@ bool is_measurement(const fs::path& folder) {
     return fs::is_regular_file(folder / deflection_file_name);
 }
 
-void write_text(const fs::path& file, const std::string& text) {
-    std::ofstream out(file, std::ios::binary);
-    out << text;
-    out.flush();
-    if (!out)
-        throw core::StorageError(fmt::format("{}: cannot be written", file.string()));
-}
-
 template <class Range>
 bool ascends_strictly(const Range& values) {
     return std::ranges::adjacent_find(values, [](double a, double b) { return !(a < b); }) ==
@@ -133,6 +125,14 @@ void remove_offsets(const fs::path& folder, Measurement& measurement) {
 }
 
 } // namespace
+
+void write_text(const fs::path& file, const std::string& text) {
+    std::ofstream out(file, std::ios::binary);
+    out << text;
+    out.flush();
+    if (!out)
+        throw core::StorageError(fmt::format("{}: cannot be written", file.string()));
+}
 
 Measurement read_measurement(const fs::path& folder) {
     if (!fs::is_directory(folder))

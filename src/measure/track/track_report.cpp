@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/track/track_report.hpp"
 
-#include "core/error.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "measure/track/track.hpp"
 
 #include <array>
 #include <cmath>
-#include <fstream>
 
 #include <fmt/core.h>
 
@@ -152,12 +150,7 @@ std::string summary_text(const Track& track) {
 
 void write_track(const std::filesystem::path& folder, const Track& track, bool with_video) {
     write_measurement(folder, track.measurement);
-    const std::filesystem::path file = folder / "track.json";
-    std::ofstream out(file);
-    out << to_json(track).dump(2) << '\n';
-    out.flush();
-    if (!out)
-        throw core::StorageError(fmt::format("{}: cannot be written", file.string()));
+    write_text(folder / "track.json", to_json(track).dump(2) + '\n');
     write_contact_sheet(folder / "contact_sheet.png", track);
     if (with_video)
         write_overlay_video(folder / "overlay.avi", track);
