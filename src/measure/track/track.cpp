@@ -8,7 +8,8 @@
 #include <cmath>
 #include <numeric>
 
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace culm::measure {
 namespace {
@@ -65,19 +66,19 @@ std::uint64_t fingerprint(const BandImage& image) {
 void drop_repeated_frames(Track& track, const std::vector<bool>& repeats) {
     const RingDownWindow& window = track.window;
     const std::size_t end = window.rest_begin.value_or(repeats.size());
-    std::string dropped;
+    std::vector<int> dropped;
     for (std::size_t k = window.release.last_held + 1; k < end; ++k) {
         if (!repeats[k])
             continue;
         for (AxisRecord* record : {&track.rows, &track.heights})
             std::fill_n(record->columns.begin() + std::ptrdiff_t(k * record->places.size()),
                         record->places.size(), std::numeric_limits<double>::quiet_NaN());
-        dropped += fmt::format("{}{}", dropped.empty() ? "" : ", ", track.rows.numbers[k]);
+        dropped.push_back(track.rows.numbers[k]);
     }
     if (!dropped.empty())
         track.remarks.push_back(fmt::format("frames that repeat the one before them pixel by pixel "
                                             "while the stem swings are left out: {}",
-                                            dropped));
+                                            fmt::join(dropped, ", ")));
 }
 
 std::vector<double> heights_in_pixels(const Track& track) {
