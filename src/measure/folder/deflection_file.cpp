@@ -29,10 +29,8 @@ struct DeflectionHeader {
 };
 
 std::string without_spaces(std::string_view text) {
-    std::string result;
-    for (const char c : text)
-        if (c != ' ' && c != '\t')
-            result += c;
+    std::string result(text);
+    std::erase_if(result, [](char c) { return c == ' ' || c == '\t'; });
     return result;
 }
 

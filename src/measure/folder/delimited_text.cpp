@@ -15,17 +15,10 @@ namespace culm::measure {
 
 namespace {
 
-constexpr std::string_view blanks = " \t\r";
+constexpr std::string_view blanks = " \t\r\n";
 
 bool is_digit(char c) {
     return c >= '0' && c <= '9';
-}
-
-std::string_view trimmed(std::string_view text) {
-    const std::size_t first = text.find_first_not_of(blanks);
-    if (first == std::string_view::npos)
-        return {};
-    return text.substr(first, text.find_last_not_of(blanks) - first + 1);
 }
 
 std::vector<std::string> split_line(std::string_view line, char delimiter) {
@@ -96,6 +89,13 @@ std::size_t length_of_number(std::string_view cell) {
 
 } // namespace
 
+std::string_view trimmed(std::string_view text) {
+    const std::size_t first = text.find_first_not_of(blanks);
+    if (first == std::string_view::npos)
+        return {};
+    return text.substr(first, text.find_last_not_of(blanks) - first + 1);
+}
+
 std::string lower_case(std::string_view text) {
     std::string result(text);
     std::ranges::transform(result, result.begin(),
@@ -107,7 +107,7 @@ std::string read_text_file(const std::filesystem::path& file) {
     std::string text = core::file_text(file, core::largest_recording);
     if (text.starts_with("\xEF\xBB\xBF"))
         text.erase(0, 3);
-    if (text.find_first_not_of(" \t\r\n") == std::string::npos)
+    if (trimmed(text).empty())
         throw core::InputError(fmt::format("{}: the file is empty", file.string()));
     if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
         throw core::InputError(fmt::format(

@@ -15,6 +15,8 @@ struct DelimitedLine {
     std::vector<std::string> cells;
 };
 
+/// Without blanks and ends of lines on both sides.
+[[nodiscard]] std::string_view trimmed(std::string_view text);
 [[nodiscard]] std::string lower_case(std::string_view text);
 
 /// The text of a file, without a UTF-8 byte order mark. Throws core::InputError if the file cannot
