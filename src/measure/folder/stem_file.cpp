@@ -21,14 +21,14 @@ constexpr core::Interval masses{0.0, 1e3, true}; // kg
 constexpr double largest_start = 1e6;            // s
 constexpr core::Interval longest_hold{0.0, 1e7}; // s, that of the effect relaxation
 
-/// The one of these values whose word the key has; empty if it has none.
-template <class Value, std::size_t N>
-std::optional<Value> read_choice(const core::TomlTable& table, const std::string& key,
-                                 const std::array<Value, N>& values) {
-    std::array<std::string, N> words;
-    std::ranges::transform(values, words.begin(), [](Value each) { return to_string(each); });
+/// The enumerator, from the first to `last`, whose word the key has; empty if it has none.
+template <class Value>
+std::optional<Value> read_choice(const core::TomlTable& table, const std::string& key, Value last) {
+    std::vector<std::string> words;
+    for (int k = 0; k <= static_cast<int>(last); ++k)
+        words.emplace_back(to_string(static_cast<Value>(k)));
     const auto index = table.word(key, words);
-    return index ? std::optional(values[*index]) : std::nullopt;
+    return index ? std::optional(static_cast<Value>(*index)) : std::nullopt;
 }
 
 /// A quantity's standard uncertainty in SI units, in one of three forms (JCGM 100 and 101): u
@@ -191,9 +191,7 @@ Sensor read_sensor(const core::TomlTable& table, Measurement& measurement) {
     Sensor sensor;
     sensor.column = table.text("column").value_or("");
     table.missing("column", "the name of its column in the table");
-    constexpr std::array quantities{Quantity::Displacement, Quantity::Velocity,
-                                    Quantity::Acceleration, Quantity::Strain};
-    const std::optional<Quantity> quantity = read_choice(table, "quantity", quantities);
+    const std::optional<Quantity> quantity = read_choice(table, "quantity", Quantity::Strain);
     table.missing("quantity", "\"displacement\", \"velocity\", \"acceleration\" or \"strain\"");
     sensor.quantity = quantity.value_or(Quantity::Displacement);
     sensor.unit = table.text("unit").value_or("");
@@ -269,12 +267,11 @@ void read_measurement_table(const core::TomlTable& table, Measurement& measureme
     measurement.noise_source = table.text("noise_source").value_or("");
     measurement.noise_correlation = table.number("noise_correlation", {0.0, 0.99});
     measurement.uncertainties.row = table.length("row_uncertainty", noise);
-    constexpr std::array directions{GravityDirection::None, GravityDirection::Axial,
-                                    GravityDirection::Transverse};
     measurement.gravity_direction =
-        read_choice(table, "gravity_direction", directions).value_or(measurement.gravity_direction);
-    constexpr std::array readings{Reading::Row, Reading::Material};
-    measurement.reading = read_choice(table, "reading", readings).value_or(measurement.reading);
+        read_choice(table, "gravity_direction", GravityDirection::Transverse)
+            .value_or(measurement.gravity_direction);
+    measurement.reading =
+        read_choice(table, "reading", Reading::Material).value_or(measurement.reading);
     measurement.hold_time = table.number("hold_time_s", longest_hold);
 }
 
@@ -422,9 +419,8 @@ std::string camera_text(const Measurement& measurement) {
 }
 
 void read_release(const core::TomlTable& table, Measurement& measurement) {
-    constexpr std::array kinds{ReleaseKind::TipPull, ReleaseKind::HeldStraight,
-                               ReleaseKind::Moving};
-    measurement.release = read_choice(table, "kind", kinds).value_or(measurement.release);
+    measurement.release =
+        read_choice(table, "kind", ReleaseKind::Moving).value_or(measurement.release);
     if (const auto uncertainty = table.number("time_uncertainty_ms", {0.0, 1e6, true}))
         measurement.release_uncertainty = core::with_point_moved(*uncertainty, -3);
     if (measurement.release_uncertainty && measurement.release == ReleaseKind::Moving)
