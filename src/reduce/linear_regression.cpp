@@ -143,7 +143,6 @@ NestedTest nested_f_test(const LinearRegression& reduced, const LinearRegression
     NestedTest test;
     test.numerator_degrees_of_freedom = reduced.degrees_of_freedom - full.degrees_of_freedom;
     test.denominator_degrees_of_freedom = full.degrees_of_freedom;
-    // F = ((RSS_reduced − RSS_full)/(p_full − p_reduced))/(RSS_full/(n − p_full)).
     const double gain = reduced.residual_sum_of_squares - full.residual_sum_of_squares;
     if (gain > full.rounding_sum_of_squares)
         test.f_statistic = (gain / static_cast<double>(test.numerator_degrees_of_freedom)) /

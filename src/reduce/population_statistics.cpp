@@ -30,8 +30,6 @@ double round_up(double width) {
 double suitable_width(const std::vector<double>& sorted) {
     const auto n = static_cast<double>(sorted.size());
     const double range = sorted.back() - sorted.front();
-    // Freedman & Diaconis (1981): 2 IQR n^(−1/3), which is 0 if half of the values are equal.
-    // Sturges's number of bins, 1 + log2 n, needs only the range.
     double width = 2.0 * (quantile(sorted, 0.75) - quantile(sorted, 0.25)) / std::cbrt(n);
     if (width <= 0.0)
         width = range / (1.0 + std::log2(n));
@@ -158,7 +156,6 @@ Histogram make_histogram(std::span<const double> values) {
 }
 
 double quantile(std::span<const double> ascending, double share) {
-    // Linear between order statistics (type 7 of Hyndman & Fan 1996, the default of NumPy and R).
     const double place = share * static_cast<double>(ascending.size() - 1);
     const auto below = static_cast<std::size_t>(place);
     const std::size_t above = std::min(below + 1, ascending.size() - 1);

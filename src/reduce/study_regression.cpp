@@ -363,15 +363,12 @@ InteractionModel reduce_interaction_model(const PredictorPair& predictors,
     model.terms.assign(all_terms.begin(), all_terms.end());
     model.regression = regress_on_terms(predictors, response, all_terms);
     model.full_adjusted_r_squared = model.regression.adjusted_r_squared;
-    // Backward elimination: drop the term with the largest p-value until all are significant. A
-    // main effect stays as long as the interaction that contains it (droppable()).
     for (int round = 0; model.terms.size() > 1; ++round) {
         std::optional<std::size_t> weakest;
         LinearRegression without_weakest;
         for (const Term term : droppable(model.terms)) {
             LinearRegression reduced =
                 regress_on_terms(predictors, response, without(model.terms, term));
-            // F = (SS_reduced − SS_full)/q over SS_full/(n − p), q = 1 term.
             const NestedTest test = nested_f_test(reduced, model.regression);
             model.history.push_back({term, term_name(term, predictors), test, round, false});
             if (!weakest || test.p_value > model.history[*weakest].test.p_value) {

@@ -189,9 +189,8 @@ std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin,
             count += 1.0;
         };
         for_each_triple(record.numbers, history, model.lag, begin, end, add);
-        means.emplace_back(
-            count > 0.0 ? Eigen::Vector3d(mean / count)
-                        : Eigen::Vector3d::Constant(std::numeric_limits<double>::quiet_NaN()));
+        means.emplace_back(count > 0.0 ? Eigen::Vector3d(mean / count)
+                                       : Eigen::Vector3d::Constant(not_recorded));
         // Differences from the means contain no rest position.
         const Eigen::Vector3d centre = means.back();
         const auto accumulate = [&](double first, double second, double third, std::size_t) {
@@ -220,7 +219,7 @@ std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin,
 std::vector<double> swing_surprises(const std::vector<int>& numbers,
                                     const std::vector<double>& history, const SwingModel& model,
                                     double rest) {
-    std::vector<double> surprises(history.size(), std::numeric_limits<double>::quiet_NaN());
+    std::vector<double> surprises(history.size(), not_recorded);
     const auto note = [&](double first, double second, double third, std::size_t k) {
         surprises[k] = third - rest - model.a * (second - rest) - model.b * (first - rest);
     };
