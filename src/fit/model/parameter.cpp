@@ -27,41 +27,26 @@ std::vector<FreeParameter> baseline_free_parameters() {
 }
 
 double to_internal(const FreeParameter& parameter, const run::CaseSpec& start, double value) {
-    switch (parameter.fitted_as) {
-    case FittedAs::Logarithm:
+    if (parameter.fitted_as == FittedAs::Logarithm)
         return std::log(value);
-    case FittedAs::Inverse:
-        return size_of(parameter, start) / value;
-    case FittedAs::Itself:
-        break;
-    }
-    return value / size_of(parameter, start);
+    const double size = size_of(parameter, start);
+    return parameter.fitted_as == FittedAs::Inverse ? size / value : value / size;
 }
 
 double from_internal(const FreeParameter& parameter, const run::CaseSpec& start, double internal) {
-    switch (parameter.fitted_as) {
-    case FittedAs::Logarithm:
+    if (parameter.fitted_as == FittedAs::Logarithm)
         return std::exp(internal);
-    case FittedAs::Inverse:
-        return size_of(parameter, start) / internal;
-    case FittedAs::Itself:
-        break;
-    }
-    return internal * size_of(parameter, start);
+    const double size = size_of(parameter, start);
+    return parameter.fitted_as == FittedAs::Inverse ? size / internal : internal * size;
 }
 
 double value_per_internal(const FreeParameter& parameter, const run::CaseSpec& start,
                           double value) {
-    switch (parameter.fitted_as) {
-    case FittedAs::Logarithm:
+    if (parameter.fitted_as == FittedAs::Logarithm)
         return value;
-    case FittedAs::Inverse:
-        // d(1/internal)/d(internal) = −value².
-        return -value * value / size_of(parameter, start);
-    case FittedAs::Itself:
-        break;
-    }
-    return size_of(parameter, start);
+    const double size = size_of(parameter, start);
+    // d(1/internal)/d(internal) = −value².
+    return parameter.fitted_as == FittedAs::Inverse ? -value * value / size : size;
 }
 
 // A stiff clamp is a compliance near zero. The readings are smooth in the compliance and have a
