@@ -4,7 +4,6 @@
 #include "physics/energy.hpp"
 #include "run/case_lanes.hpp"
 #include "run/case_model.hpp"
-#include "run/lane_packing.hpp"
 #include "run/recorder.hpp"
 #include "run/simulate.hpp"
 

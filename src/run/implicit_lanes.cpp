@@ -3,7 +3,6 @@
 #include "integrate/implicit.hpp"
 #include "run/case_lanes.hpp"
 #include "run/case_model.hpp"
-#include "run/lane_packing.hpp"
 #include "run/recorder.hpp"
 #include "run/simulate.hpp"
 

@@ -4,7 +4,6 @@
 
 #include "measure/folder/observation.hpp"
 #include "run/case_model.hpp"
-#include "run/case_result.hpp"
 #include "run/case_spec.hpp"
 
 #include <span>

@@ -2,7 +2,6 @@
 // CaseSpec -> CaseResult: no files, no MPI, no globals.
 #pragma once
 
-#include "run/case_result.hpp"
 #include "run/case_spec.hpp"
 
 #include <functional>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The bisected limit of the step against the linearised chain, the authors' rule, and similarity.
-#include "run/stability_search.hpp"
+#include "run/explicit_steps.hpp"
 
 #include <cmath>
 #include <numbers>

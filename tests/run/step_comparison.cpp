@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One stem with several explicit steps: agreement with ordinary runs, and the order of the error.
-#include "run/step_comparison.hpp"
-
 #include "reduce/ring_down/ring_down_fit.hpp"
+#include "run/explicit_steps.hpp"
 #include "run/modes.hpp"
-#include "run/stability_search.hpp"
 
 #include <cmath>
 #include <limits>

@@ -302,7 +302,7 @@ void read_timestep(ConfigContext& context) {
     refuse_keys_of_vibrations(context);
     TimestepOptions& options = context.config.timestep;
     options.limit_tolerance = reader.number("limit_tolerance").value_or(options.limit_tolerance);
-    // The growth of a motion just above the limit (run/stability_search.hpp): with fewer steps an
+    // The growth of a motion just above the limit (run/explicit_steps.hpp): with fewer steps an
     // unstable one would count as stable.
     const auto fewest = static_cast<std::int64_t>(std::ceil(20.0 / options.limit_tolerance));
     options.trial_steps =

@@ -3,8 +3,8 @@
 
 #include "core/error.hpp"
 #include "physics/effects/stem_scales.hpp"
+#include "run/explicit_steps.hpp"
 #include "run/simulate.hpp"
-#include "run/stability_search.hpp"
 #include "study/execute/point_results.hpp"
 
 #include <algorithm>

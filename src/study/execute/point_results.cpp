@@ -3,9 +3,8 @@
 
 #include "core/error.hpp"
 #include "physics/effects/stem_scales.hpp"
+#include "run/explicit_steps.hpp"
 #include "run/modes.hpp"
-#include "run/stability_search.hpp"
-#include "run/step_comparison.hpp"
 
 #include <cmath>
 #include <limits>

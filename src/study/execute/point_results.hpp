@@ -5,7 +5,7 @@
 #include "archive/point_record.hpp"
 #include "archive/study/description.hpp"
 #include "reduce/ring_down/ring_down_fit.hpp"
-#include "run/case_result.hpp"
+#include "run/case_spec.hpp"
 #include "run/simulate.hpp"
 #include "study/config/study_config.hpp"
 

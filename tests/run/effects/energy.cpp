@@ -7,8 +7,8 @@
 #include "integrate/implicit.hpp"
 #include "physics/effects/selection.hpp"
 #include "physics/effects/stem_scales.hpp"
+#include "run/case_lanes.hpp"
 #include "run/case_model.hpp"
-#include "run/lane_packing.hpp"
 
 #include <set>
 

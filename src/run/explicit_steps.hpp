@@ -1,15 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The largest stable explicit step of a stem: found by trial runs, and predicted by theory.
+// One stem with several explicit steps, side by side in SIMD lanes; the limits of the step.
 #pragma once
 
 #include "integrate/step_error.hpp"
-#include "run/case_spec.hpp"
 #include "run/simulate.hpp"
 
 #include <cstdint>
 #include <optional>
+#include <span>
+#include <vector>
 
 namespace culm::run {
+
+/// Runs the case (its duration, samples and deflection; not its integrator) explicitly with
+/// sample_interval/steps_per_sample for every entry of `steps_per_sample`, so that every step
+/// divides the sample interval and all histories share their sample times. Runs go side by side in
+/// SIMD lanes. One outcome per entry: `tip_deflection` and `work` are filled, or the failure states
+/// the time at which the motion gained energy. Throws Abandoned.
+[[nodiscard]] std::vector<CaseOutcome>
+simulate_with_steps(const CaseSpec& spec, std::span<const std::int64_t> steps_per_sample,
+                    const Heartbeat& heartbeat = {});
 
 struct StabilitySearchOptions {
     double tolerance = 0.01; ///< of the limit: unstable/stable − 1 at the end

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "run/lane_packing.hpp"
+#include "run/case_lanes.hpp"
 
 #include "integrate/statics.hpp"
 #include "run/case_model.hpp"
