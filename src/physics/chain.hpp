@@ -4,7 +4,6 @@
 
 #include "physics/bond_extras.hpp"
 #include "physics/chain_layout.hpp"
-#include "physics/node_load.hpp"
 
 #include <span>
 #include <utility>
@@ -113,8 +112,6 @@ class Chain {
                                              const BondExtras<Dim, T>& bond_below, const T& time,
                                              bool with_slopes) const {
         NodeLoad<Dim, T> load;
-        for (auto& column : load.by_velocity)
-            column = Vec<Dim, T>::zero();
         if (!model_.air.empty())
             add_air_drag(std::span<const AirDrag<T>>(model_.air), length_at(i), sphere.velocity,
                          load);
@@ -136,12 +133,22 @@ class Chain {
     [[nodiscard]] NodeLoad<Dim, T> user_load(int i, const SphereState<Dim, T>& sphere,
                                              const BondExtras<Dim, T>& bond_below, const T& time,
                                              bool with_slopes) const {
+        using Inputs = UserLawInputsOf<T>;
+        const Inputs inputs{T(double(i)) * bond_.length, sphere.position[1],
+                            sphere.velocity[1],          bond_below.curvature,
+                            bond_below.curvature_rate,   time};
+        const T length = length_at(i);
         NodeLoad<Dim, T> load;
-        for (auto& column : load.by_velocity)
-            column = Vec<Dim, T>::zero();
-        for (const UserLaw<T>& law : model_.user_laws)
-            if (law.kind == UserLawKind::ForcePerLength)
-                add_user_force(law, i, sphere, bond_below, time, with_slopes, load);
+        T& by_velocity = load.by_velocity[1][1];
+        for (const UserLaw<T>& law : model_.user_laws) {
+            if (law.kind != UserLawKind::ForcePerLength)
+                continue;
+            load.force[1] += length * user_law_value(law, inputs);
+            if (!with_slopes)
+                continue;
+            by_velocity += length * user_law_slope(law, inputs, &Inputs::velocity, 1.0);
+            load.by_deflection += length * user_law_slope(law, inputs, &Inputs::deflection, 0.01);
+        }
         return load;
     }
 
@@ -169,15 +176,23 @@ class Chain {
         extras.curvature = bond_curvature<Dim>(bond_coefficients(j), moments.linear);
         extras.curvature_rate = bond_curvature_rate<Dim>(bond_coefficients(j), motion);
         const T half = T(0.5);
-        const UserLawInputsOf<T> inputs{T(j + 0.5) * bond_.length,
-                                        half * (sphere_1.position[1] + sphere_2.position[1]),
-                                        half * (sphere_1.velocity[1] + sphere_2.velocity[1]),
-                                        extras.curvature,
-                                        extras.curvature_rate,
-                                        time};
-        for (const UserLaw<T>& law : model_.user_laws)
-            if (law.kind == UserLawKind::BendingMoment)
-                add_user_moment(law, inputs, with_slopes, extras);
+        using Inputs = UserLawInputsOf<T>;
+        const Inputs inputs{T(j + 0.5) * bond_.length,
+                            half * (sphere_1.position[1] + sphere_2.position[1]),
+                            half * (sphere_1.velocity[1] + sphere_2.velocity[1]),
+                            extras.curvature,
+                            extras.curvature_rate,
+                            time};
+        for (const UserLaw<T>& law : model_.user_laws) {
+            if (law.kind != UserLawKind::BendingMoment)
+                continue;
+            extras.user += user_law_value(law, inputs);
+            if (!with_slopes)
+                continue;
+            extras.user_by_curvature += user_law_slope(law, inputs, &Inputs::curvature, 1.0);
+            extras.user_by_curvature_rate +=
+                user_law_slope(law, inputs, &Inputs::curvature_rate, 100.0);
+        }
         return extras;
     }
 
@@ -192,12 +207,11 @@ class Chain {
                 continue;
             using Inputs = UserLawInputsOf<T>;
             const Inputs inputs{T(0.0), rotation, rate, T(0.0), T(0.0), time};
-            sum.moment = sum.moment + user_law_value(law, inputs);
+            sum.moment += user_law_value(law, inputs);
             if (!with_slopes)
                 continue;
-            sum.by_rotation =
-                sum.by_rotation + user_law_slope(law, inputs, &Inputs::deflection, 0.1);
-            sum.by_rate = sum.by_rate + user_law_slope(law, inputs, &Inputs::velocity, 10.0);
+            sum.by_rotation += user_law_slope(law, inputs, &Inputs::deflection, 0.1);
+            sum.by_rate += user_law_slope(law, inputs, &Inputs::velocity, 10.0);
         }
         return sum;
     }
@@ -299,35 +313,6 @@ class Chain {
             branch_rate += frame.moment_turning_rate(moment, motion.velocity);
             layout_.set_branch_moment(rate, j, k, branch_rate);
         }
-    }
-
-    void add_user_force(const UserLaw<T>& law, int i, const SphereState<Dim, T>& sphere,
-                        const BondExtras<Dim, T>& below, const T& time, bool with_slopes,
-                        NodeLoad<Dim, T>& load) const {
-        using Inputs = UserLawInputsOf<T>;
-        const Inputs inputs{T(double(i)) * bond_.length, sphere.position[1],
-                            sphere.velocity[1],          below.curvature,
-                            below.curvature_rate,        time};
-        const T length = length_at(i);
-        load.force[1] = load.force[1] + length * user_law_value(law, inputs);
-        if (!with_slopes)
-            return;
-        T& by_velocity = load.by_velocity[1][1];
-        by_velocity = by_velocity + length * user_law_slope(law, inputs, &Inputs::velocity, 1.0);
-        load.by_deflection =
-            load.by_deflection + length * user_law_slope(law, inputs, &Inputs::deflection, 0.01);
-    }
-
-    static void add_user_moment(const UserLaw<T>& law, const UserLawInputsOf<T>& inputs,
-                                bool with_slopes, BondExtras<Dim, T>& extras) {
-        using Inputs = UserLawInputsOf<T>;
-        extras.user = extras.user + user_law_value(law, inputs);
-        if (!with_slopes)
-            return;
-        extras.user_by_curvature =
-            extras.user_by_curvature + user_law_slope(law, inputs, &Inputs::curvature, 1.0);
-        extras.user_by_curvature_rate = extras.user_by_curvature_rate +
-                                        user_law_slope(law, inputs, &Inputs::curvature_rate, 100.0);
     }
 
     void set_sphere_rate(T* rate, int i, const SphereState<Dim, T>& sphere,

@@ -66,6 +66,30 @@ struct BaseHinge {
     T friction_rate;   ///< ω_r, rad/s; friction is full well above it and creep below
 };
 
+/// Moment of the clamp on sphere 0 and its derivatives.
+template <class T>
+struct HingeMoment {
+    T moment = T(0.0);      ///< N m
+    T by_rotation = T(0.0); ///< N m/rad
+    T by_rate = T(0.0);     ///< N m s/rad
+};
+
+/// −k θ − M tanh(ω/ω_r), in a form that does not overflow.
+template <class T>
+[[nodiscard]] HingeMoment<T> hinge_moment(const BaseHinge<T>& hinge, const T& rotation,
+                                          const T& rate) {
+    using std::abs;
+    using std::exp;
+    const T ratio = rate / hinge.friction_rate;
+    const T decayed = exp(T(-2.0) * abs(ratio));
+    const T magnitude = (T(1.0) - decayed) / (T(1.0) + decayed);
+    const T slope = (T(1.0) - magnitude * magnitude) * hinge.friction_moment / hinge.friction_rate;
+    // |x| tanh|x|/x would be undefined at rest; tanh x ≈ x there.
+    const T towards = ratio / (abs(ratio) + T(1e-300));
+    return {-hinge.stiffness * rotation - hinge.friction_moment * magnitude * towards,
+            -hinge.stiffness, -slope};
+}
+
 /// A spring and a dashpot in series, parallel to the bending spring of every bond:
 /// q̇ = g k_b ω − q/τ, with the relative spin ω across the bond.
 template <class T>
@@ -83,6 +107,19 @@ struct BaseMotion {
     T phase;             ///< φ, rad
 };
 
+/// Sideways displacement of the support from its mean position, m.
+template <class T>
+[[nodiscard]] T base_position(const BaseMotion<T>& motion, const T& time) {
+    using std::sin;
+    return motion.amplitude * sin(motion.angular_frequency * time + motion.phase);
+}
+
+/// Inertial acceleration in the frame of the support, −ẍ_b, m/s².
+template <class T>
+[[nodiscard]] T base_acceleration(const BaseMotion<T>& motion, const T& time) {
+    return motion.angular_frequency * motion.angular_frequency * base_position(motion, time);
+}
+
 /// The finger lets go gradually: the tip's holding force falls to zero over `duration` along
 /// 1 − 3u² + 2u³.
 template <class T>
@@ -90,6 +127,15 @@ struct GradualRelease {
     T duration;      ///< s
     T holding_force; ///< on the tip, sideways, N; known once the stem has been deflected
 };
+
+/// Sideways force of the finger on the tip, N.
+template <class T>
+[[nodiscard]] T finger_force(const GradualRelease<T>& release, const T& time) {
+    using std::max;
+    using std::min;
+    const T progress = max(T(0.0), min(T(1.0), time / release.duration));
+    return release.holding_force * (T(1.0) - progress * progress * (T(3.0) - T(2.0) * progress));
+}
 
 /// A list with a single entry applies to all bonds or spheres of the chain.
 template <class T>

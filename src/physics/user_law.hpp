@@ -23,14 +23,17 @@ enum class UserLawKind {
 /// Inputs of an expression. `position` is along the stem from the clamp, m; `deflection` (m) and
 /// `velocity` (m/s) are sideways; `curvature` 1/m and its rate 1/(m s). For a base moment
 /// deflection and velocity are the clamp's rotation (rad) and its rate (rad/s).
-struct UserLawInputs {
-    double position = 0.0;
-    double deflection = 0.0;
-    double velocity = 0.0;
-    double curvature = 0.0;
-    double curvature_rate = 0.0;
-    double time = 0.0;
+/// T is a double, or SIMD lanes.
+template <class T>
+struct UserLawInputsOf {
+    T position = T(0.0);
+    T deflection = T(0.0);
+    T velocity = T(0.0);
+    T curvature = T(0.0);
+    T curvature_rate = T(0.0);
+    T time = T(0.0);
 };
+using UserLawInputs = UserLawInputsOf<double>;
 
 /// A compiled expression; calling it with inputs and the values of its parameters gives the force
 /// per length or the moment. Throws core::NumericalError (UserExpression) if that is not a number.
@@ -42,17 +45,6 @@ struct UserLaw {
     UserLawKind kind = UserLawKind::ForcePerLength;
     std::shared_ptr<const UserExpression> expression;
     std::vector<T> parameters;
-};
-
-/// The same inputs for every lane.
-template <class T>
-struct UserLawInputsOf {
-    T position = T(0.0);
-    T deflection = T(0.0);
-    T velocity = T(0.0);
-    T curvature = T(0.0);
-    T curvature_rate = T(0.0);
-    T time = T(0.0);
 };
 
 /// Value of a user's law in every lane.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "run/recorder.hpp"
 
-#include "physics/node_load.hpp"
+#include "physics/chain_model.hpp"
 
 #include <algorithm>
 #include <cmath>

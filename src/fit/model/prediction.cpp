@@ -5,8 +5,8 @@
 #include "core/lanes.hpp"
 #include "fit/model/superposition.hpp"
 #include "measure/folder/observation.hpp"
+#include "physics/chain_model.hpp"
 #include "physics/effects/stem_scales.hpp"
-#include "physics/node_load.hpp"
 #include "run/case_lanes.hpp"
 #include "run/case_model.hpp"
 
