@@ -38,35 +38,29 @@ struct BondMatrices {
 template <int Dim, class Rows>
 typename BondMatrices<Dim>::Pair resistance(const Rows& rows) {
     constexpr int rotation = physics::rotation_dimension<Dim>;
+    const auto force = rows.template topRows<Dim>();
     typename BondMatrices<Dim>::Pair pair;
-    pair.template topRows<Dim>() = -rows.template topRows<Dim>();
-    pair.template middleRows<rotation>(Dim) = -rows.template middleRows<rotation>(Dim);
-    pair.template middleRows<Dim>(BondMatrices<Dim>::block) = rows.template topRows<Dim>();
-    pair.template bottomRows<rotation>() = -rows.template bottomRows<rotation>();
+    pair << -force, -rows.template middleRows<rotation>(Dim), force,
+        -rows.template bottomRows<rotation>();
     return pair;
 }
 
 template <int Dim>
 BondMatrices<Dim> bond_matrices(const BondJacobian<Dim>& jacobian) {
     using L = BondJacobianLayout<Dim>;
-    constexpr int block = BondMatrices<Dim>::block;
+    constexpr int columns = 2 * BondMatrices<Dim>::block;
     // Columns of velocity and spins, rearranged to v1, ω1, v2, ω2 (relative velocity v2 − v1).
-    Eigen::Matrix<double, L::outputs, 2 * block> by_motion;
-    by_motion.template leftCols<Dim>() = -jacobian.template middleCols<Dim>(L::velocity);
-    by_motion.template middleCols<L::rotation>(Dim) =
-        jacobian.template middleCols<L::rotation>(L::spin_1);
-    by_motion.template middleCols<Dim>(block) = jacobian.template middleCols<Dim>(L::velocity);
-    by_motion.template rightCols<L::rotation>() =
-        jacobian.template middleCols<L::rotation>(L::spin_2);
+    Eigen::Matrix<double, L::outputs, columns> by_motion;
+    const auto by_relative_velocity = jacobian.template middleCols<Dim>(L::velocity);
+    by_motion << -by_relative_velocity, jacobian.template middleCols<L::rotation>(L::spin_1),
+        by_relative_velocity, jacobian.template middleCols<L::rotation>(L::spin_2);
 
     // Small displacements change the local state of the bond by its rates' derivatives.
-    Eigen::Matrix<double, L::local_rate, 2 * block> by_displacement =
+    const Eigen::Matrix<double, L::local_rate, columns> by_displacement =
         jacobian.template block<L::local_rate, L::local_size>(0, L::local) *
         by_motion.template bottomRows<L::local_size>();
-
-    const Eigen::Matrix<double, L::local_rate, 2 * block> by_velocity =
-        by_motion.template topRows<L::local_rate>();
-    return {resistance<Dim>(by_velocity), resistance<Dim>(by_displacement)};
+    return {resistance<Dim>(by_motion.template topRows<L::local_rate>()),
+            resistance<Dim>(by_displacement)};
 }
 
 /// Adds a bond's matrix where its first sphere is the `position`-th moving one; −1 when that

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include <Eigen/Eigenvalues>
@@ -12,6 +13,8 @@
 
 namespace culm::integrate {
 namespace {
+
+using Complex = std::complex<double>;
 
 /// Mass-normalised matrices in units of a reference angular frequency: z̈ + C z' + K z = 0.
 struct NormalisedChain {
@@ -28,7 +31,7 @@ NormalisedChain normalised(const LinearisedChain& chain, double angular_frequenc
             angular_frequency};
 }
 
-std::vector<std::complex<double>> eigenvalues_of(const Eigen::MatrixXd& matrix) {
+std::vector<Complex> eigenvalues_of(const Eigen::MatrixXd& matrix) {
     const Eigen::EigenSolver<Eigen::MatrixXd> solver(matrix, false);
     if (solver.info() != Eigen::Success)
         throw core::NumericalError(core::FailureKind::SolverFailed,
@@ -48,7 +51,7 @@ Eigen::MatrixXd inverse_companion(const NormalisedChain& chain) {
     return matrix;
 }
 
-bool slower(const std::complex<double>& a, const std::complex<double>& b) {
+bool slower(const Complex& a, const Complex& b) {
     return std::abs(a) < std::abs(b);
 }
 
@@ -62,11 +65,8 @@ double spectral_radius(const NormalisedChain& chain, double step) {
     map.bottomLeftCorner(n, n) = -step * chain.stiffness;
     map.bottomRightCorner(n, n) =
         Eigen::MatrixXd::Identity(n, n) - step * chain.damping - step * step * chain.stiffness;
-    const auto values = eigenvalues_of(map);
-    return std::abs(*std::max_element(values.begin(), values.end(), slower));
+    return std::abs(std::ranges::max(eigenvalues_of(map), slower));
 }
-
-using Complex = std::complex<double>;
 
 constexpr int most_newton_steps = 12;
 constexpr double slowest_mode_tolerance =
@@ -164,6 +164,18 @@ std::vector<VibrationMode> modes_near_undamped(const LinearisedChain& chain, std
     return modes;
 }
 
+/// Vector of the null space of a nearly singular matrix, by inverse iteration. Convergence is
+/// immediate: the matrix is singular up to the rounding of its eigenvalue.
+Eigen::VectorXcd null_vector(const Eigen::MatrixXcd& matrix, const Eigen::VectorXd& mass) {
+    const Eigen::PartialPivLU<Eigen::MatrixXcd> solver(matrix);
+    Eigen::VectorXcd vector = Eigen::VectorXcd::Ones(matrix.rows());
+    for (int iteration = 0; iteration < 4; ++iteration) {
+        vector = solver.solve(mass.asDiagonal() * vector);
+        vector.normalize();
+    }
+    return vector;
+}
+
 /// Relative bending stiffness that the branches add at a frequency ω: Σ g (ωτ)²/(1 + (ωτ)²).
 double branch_stiffening(const physics::ChainModel<double>& model, double angular_frequency) {
     double sum = 0.0;
@@ -192,18 +204,14 @@ std::vector<VibrationMode> vibration_modes(const LinearisedChain& chain, std::si
     const Eigen::MatrixXd compliance = normalised(chain, 1.0).stiffness.partialPivLu().inverse();
     // 1/√‖K⁻¹M‖: about the slowest undamped mode's angular frequency.
     const NormalisedChain scaled = normalised(chain, 1.0 / std::sqrt(compliance.norm()));
-    std::vector<std::complex<double>> values = eigenvalues_of(inverse_companion(scaled));
-    for (auto& value : values)
+    std::vector<Complex> values = eigenvalues_of(inverse_companion(scaled));
+    for (Complex& value : values)
         value = scaled.angular_frequency / value;
-    std::sort(values.begin(), values.end(), slower);
+    std::ranges::sort(values, slower);
     std::vector<VibrationMode> modes;
-    for (const std::complex<double>& value : values) {
-        if (modes.size() == count)
-            break;
-        if (value.imag() <= 0.0 || !std::isfinite(value.imag()))
-            continue;
-        modes.push_back(mode_of(value));
-    }
+    for (const Complex& value : values)
+        if (modes.size() < count && value.imag() > 0.0 && std::isfinite(value.imag()))
+            modes.push_back(mode_of(value));
     return modes;
 }
 
@@ -222,7 +230,7 @@ double largest_stable_step(const LinearisedChain& chain) {
     pencil.bottomLeftCorner(n, n) = 0.25 * scaled.stiffness;
     pencil.bottomRightCorner(n, n) = 0.5 * scaled.damping;
     double inverse_step = 0.0;
-    for (const std::complex<double>& root : eigenvalues_of(pencil))
+    for (const Complex& root : eigenvalues_of(pencil))
         if (std::abs(root.imag()) <= 1e-9 * std::abs(root))
             inverse_step = std::max(inverse_step, root.real());
     double step = 1.0 / inverse_step;
@@ -265,6 +273,40 @@ std::vector<VibrationMode> transverse_modes(const physics::Chain<2, double>& cha
         mode.decay_per_cycle /= factor;
     }
     return modes;
+}
+
+std::optional<FirstModeStepError> FirstModeStepError::of(const LinearisedChain& chain) {
+    const std::vector<VibrationMode> modes = vibration_modes(chain, 1);
+    if (modes.empty())
+        return std::nullopt;
+    FirstModeStepError mode;
+    mode.eigenvalue_ =
+        Complex(modes.front().decay_rate, 2.0 * std::numbers::pi * modes.front().frequency);
+    const Complex lambda = mode.eigenvalue_;
+    const Eigen::MatrixXcd damping = chain.damping.cast<Complex>();
+    const Eigen::MatrixXcd pencil = lambda * lambda * Eigen::MatrixXcd(chain.mass.asDiagonal()) +
+                                    lambda * damping + chain.stiffness.cast<Complex>();
+    const Eigen::VectorXcd right = null_vector(pencil, chain.mass);
+    const Eigen::VectorXcd left = null_vector(pencil.transpose(), chain.mass);
+    const Complex mass_form = left.transpose() * chain.mass.asDiagonal() * right;
+    const Complex damping_form = left.transpose() * damping * right;
+    const Complex slope = 2.0 * lambda * mass_form + damping_form;
+    mode.mass_ = mass_form / slope;
+    mode.damping_ = damping_form / slope;
+    return mode;
+}
+
+StepError FirstModeStepError::at(double step) const {
+    const Complex lambda = eigenvalue_;
+    const Complex z = lambda * step;
+    // (2 sinh(z/2)/h)² − λ² and (1 − e^(−z))/h − λ as series: their differences would cancel.
+    const Complex of_mass = lambda * lambda * z * z * (1.0 / 12.0 + z * z / 360.0);
+    const Complex of_damping = -lambda * z * (0.5 - z / 6.0 + z * z / 24.0 - z * z * z / 120.0);
+    const Complex shift = -(of_mass * mass_ + of_damping * damping_);
+    const double of_frequency = shift.imag() / lambda.imag();
+    const double of_decay = lambda.real() < 0.0 ? shift.real() / lambda.real()
+                                                : std::numeric_limits<double>::quiet_NaN();
+    return {of_decay - of_frequency, of_frequency};
 }
 
 } // namespace culm::integrate

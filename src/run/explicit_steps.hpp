@@ -2,7 +2,7 @@
 // One stem with several explicit steps, side by side in SIMD lanes; the limits of the step.
 #pragma once
 
-#include "integrate/step_error.hpp"
+#include "integrate/modes.hpp"
 #include "run/simulate.hpp"
 
 #include <cstdint>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The predicted error of an explicit step against the eigenvalues of the one-step map.
-#include "integrate/step_error.hpp"
+#include "integrate/modes.hpp"
 
 #include <cmath>
 #include <numbers>
