@@ -7,6 +7,7 @@
 #include "integrate/statics.hpp"
 #include "integrate/sundials/integrator.hpp"
 #include "reduce/ring_down/ring_down_fit.hpp"
+#include "tests/support/integrate_implicit.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -82,41 +82,23 @@ integrate_lanes(const physics::Chain<Dim, T>& chain, const std::vector<T>& relea
     return outcomes;
 }
 
-template <int Dim>
-SolveSummary integrate_implicit(const physics::Chain<Dim, double>& chain,
-                                std::vector<double>& state, const ErrorScales& scales,
-                                double duration, const StepObserver& observe,
-                                const ImplicitOptions& options) {
-    const std::vector<double> released = state;
-    const auto outcome = integrate_lanes<Dim, double>(
-                             chain, released, scales, {duration},
-                             [&](std::size_t, double time, std::span<const double> at) {
-                                 observe(time, at);
-                                 state.assign(at.begin(), at.end());
-                             },
-                             options)
-                             .front();
-    if (outcome.failure)
-        throw *outcome.failure;
-    return outcome.work;
-}
-
-template SolveSummary integrate_implicit<2>(const physics::Chain<2, double>&, std::vector<double>&,
-                                            const ErrorScales&, double, const StepObserver&,
-                                            const ImplicitOptions&);
-template SolveSummary integrate_implicit<3>(const physics::Chain<3, double>&, std::vector<double>&,
-                                            const ErrorScales&, double, const StepObserver&,
-                                            const ImplicitOptions&);
-
-template std::array<LaneOutcome, core::lane_count>
-integrate_lanes<2, core::Lanes>(const physics::Chain<2, core::Lanes>&,
-                                const std::vector<core::Lanes>&, const ErrorScalesOf<core::Lanes>&,
-                                const std::array<double, core::lane_count>&,
-                                const LaneObserver<core::Lanes>&, const ImplicitOptions&);
-template std::array<LaneOutcome, core::lane_count>
-integrate_lanes<3, core::Lanes>(const physics::Chain<3, core::Lanes>&,
-                                const std::vector<core::Lanes>&, const ErrorScalesOf<core::Lanes>&,
-                                const std::array<double, core::lane_count>&,
-                                const LaneObserver<core::Lanes>&, const ImplicitOptions&);
+template std::array<LaneOutcome, core::lanes_of<double>>
+integrate_lanes(const physics::Chain<2, double>&, const std::vector<double>&,
+                const ErrorScalesOf<double>&, const std::array<double, core::lanes_of<double>>&,
+                const LaneObserver<double>&, const ImplicitOptions&);
+template std::array<LaneOutcome, core::lanes_of<double>>
+integrate_lanes(const physics::Chain<3, double>&, const std::vector<double>&,
+                const ErrorScalesOf<double>&, const std::array<double, core::lanes_of<double>>&,
+                const LaneObserver<double>&, const ImplicitOptions&);
+template std::array<LaneOutcome, core::lanes_of<core::Lanes>>
+integrate_lanes(const physics::Chain<2, core::Lanes>&, const std::vector<core::Lanes>&,
+                const ErrorScalesOf<core::Lanes>&,
+                const std::array<double, core::lanes_of<core::Lanes>>&,
+                const LaneObserver<core::Lanes>&, const ImplicitOptions&);
+template std::array<LaneOutcome, core::lanes_of<core::Lanes>>
+integrate_lanes(const physics::Chain<3, core::Lanes>&, const std::vector<core::Lanes>&,
+                const ErrorScalesOf<core::Lanes>&,
+                const std::array<double, core::lanes_of<core::Lanes>>&,
+                const LaneObserver<core::Lanes>&, const ImplicitOptions&);
 
 } // namespace culm::integrate

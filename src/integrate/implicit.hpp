@@ -36,15 +36,6 @@ struct ImplicitOptions {
 /// One accepted step: time (s) and state at its end, in the chain's layout.
 using StepObserver = std::function<void(double time, std::span<const double> state)>;
 
-/// Integrates from t = 0 to `duration`; `state` becomes the last state. Calls `observe` at t = 0
-/// and after every step; the last step ends at or beyond `duration`.
-/// Throws core::NumericalError (StepLimit, SolverFailed) or Interrupted.
-template <int Dim>
-SolveSummary integrate_implicit(const physics::Chain<Dim, double>& chain,
-                                std::vector<double>& state, const ErrorScales& scales,
-                                double duration, const StepObserver& observe,
-                                const ImplicitOptions& options);
-
 /// How one lane's integration ended.
 struct LaneOutcome {
     SolveSummary work;
@@ -55,9 +46,11 @@ struct LaneOutcome {
 template <class T>
 using LaneObserver = std::function<void(std::size_t lane, double time, std::span<const T> state)>;
 
-/// The same for one stem per lane, each with its own steps and `durations`. Lanes do not influence
-/// one another: a lane that fails stops and reports, and the others continue. Each result is bit
-/// for bit independent of the other lanes. Throws only Interrupted.
+/// Integrates one stem per lane from t = 0, each with its own steps and to its own duration, s.
+/// Calls `observe` at t = 0 and after every step; the last step ends at or beyond the duration.
+/// Lanes do not influence one another: a lane that fails stops and reports (StepLimit,
+/// SolverFailed), and the others continue. Each result is bit for bit independent of the other
+/// lanes. Throws only Interrupted.
 template <int Dim, class T>
 std::array<LaneOutcome, core::lanes_of<T>>
 integrate_lanes(const physics::Chain<Dim, T>& chain, const std::vector<T>& released,

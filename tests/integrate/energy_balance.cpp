@@ -3,6 +3,7 @@
 #include "integrate/implicit.hpp"
 #include "integrate/statics.hpp"
 #include "physics/energy.hpp"
+#include "support/integrate_implicit.hpp"
 
 #include <cmath>
 

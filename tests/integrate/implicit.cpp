@@ -6,6 +6,7 @@
 #include "integrate/history_sampler.hpp"
 #include "integrate/statics.hpp"
 #include "reduce/ring_down/ring_down_fit.hpp"
+#include "support/integrate_implicit.hpp"
 #include "support/modal_state.hpp"
 
 #include <cmath>

@@ -8,6 +8,7 @@
 #include "integrate/recording.hpp"
 #include "integrate/rosenbrock_methods.hpp"
 #include "integrate/statics.hpp"
+#include "support/integrate_implicit.hpp"
 
 #include <algorithm>
 #include <array>

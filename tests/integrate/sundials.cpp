@@ -5,6 +5,7 @@
 #include "integrate/recording.hpp"
 #include "integrate/statics.hpp"
 #include "integrate/sundials/integrator.hpp"
+#include "support/integrate_implicit.hpp"
 
 #include <limits>
 #include <vector>

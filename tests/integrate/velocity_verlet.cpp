@@ -8,6 +8,7 @@
 #include "integrate/implicit.hpp"
 #include "integrate/statics.hpp"
 #include "physics/energy.hpp"
+#include "support/integrate_implicit.hpp"
 #include "support/modal_state.hpp"
 
 #include <cmath>

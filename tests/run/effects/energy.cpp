@@ -9,6 +9,7 @@
 #include "physics/effects/stem_scales.hpp"
 #include "run/case_lanes.hpp"
 #include "run/case_model.hpp"
+#include "support/integrate_implicit.hpp"
 
 #include <set>
 
