@@ -25,25 +25,27 @@ class EffectJacobians {
     using Rotation = Eigen::Matrix<T, rotation, 1>;
 
   public:
+    explicit EffectJacobians(const physics::Chain<Dim, T>& chain) : chain_(chain) {}
+
     /// Evaluates the derivatives of all outer forces at `state` and `time`.
-    void set_state(const physics::Chain<Dim, T>& chain, const T* state, const T& time) {
-        const auto& layout = chain.layout();
+    void set_state(const T* state, const T& time) {
+        const auto& layout = chain_.layout();
         nodes_.resize(static_cast<std::size_t>(layout.sphere_count()));
         bending_.resize(static_cast<std::size_t>(layout.bond_count()));
         physics::BondExtras<Dim, T> below;
         for (int i = 0; i < layout.sphere_count(); ++i) {
             nodes_[static_cast<std::size_t>(i)] =
-                chain.node_load(i, layout.sphere(state, i), below, time, true);
+                chain_.node_load(i, layout.sphere(state, i), below, time, true);
             if (i == layout.bond_count())
                 break;
-            below = chain.bond_extras(state, i, time, false);
+            below = chain_.bond_extras(state, i, time, false);
             bending_[static_cast<std::size_t>(i)] =
                 bending_projection(layout.geometry(state, i).direction);
         }
         if (layout.base_turns())
-            clamp_ = chain.clamp_moment(state[layout.base_rotation_offset()],
-                                        layout.sphere(state, 0).spin[physics::bending_axis<Dim>],
-                                        time, true);
+            clamp_ = chain_.clamp_moment(state[layout.base_rotation_offset()],
+                                         layout.sphere(state, 0).spin[physics::bending_axis<Dim>],
+                                         time, true);
     }
 
     /// −γ times the derivative of sphere `i`'s outer force and moment by its velocity and spin.
@@ -61,22 +63,21 @@ class EffectJacobians {
     }
 
     /// ∂(moment of the branches of bond `j`)/∂(relative spin).
-    [[nodiscard]] Rotations branch_response(const physics::Chain<Dim, T>& chain, int j,
-                                            const T& gamma) const {
+    [[nodiscard]] Rotations branch_response(int j, const T& gamma) const {
         T sum = T(0.0);
-        for (const physics::MaxwellBranch<T>& branch : chain.model().branches)
+        for (const physics::MaxwellBranch<T>& branch : chain_.model().branches)
             sum += branch.relative_stiffness / (T(1.0) + gamma / branch.relaxation_time);
-        return (gamma * sum * chain.bond_coefficients(j).bending_stiffness) *
+        return (gamma * sum * chain_.bond_coefficients(j).bending_stiffness) *
                bending_[static_cast<std::size_t>(j)];
     }
 
     /// γ times the branches' moments that follow from b alone.
-    [[nodiscard]] Rotation branch_load(const physics::Chain<Dim, T>& chain, const T* b, int j,
-                                       const T& gamma) const {
+    [[nodiscard]] Rotation branch_load(const T* b, int j, const T& gamma) const {
         Rotation sum = Rotation::Constant(T(0.0));
-        for (int k = 0; k < chain.layout().branch_count(); ++k) {
-            const auto moment = chain.layout().branch_moment(b, j, k);
-            const T factor = gamma / (T(1.0) + gamma / relaxation_time(chain, k));
+        for (int k = 0; k < chain_.layout().branch_count(); ++k) {
+            const auto moment = chain_.layout().branch_moment(b, j, k);
+            const auto& branch = chain_.model().branches[static_cast<std::size_t>(k)];
+            const T factor = gamma / (T(1.0) + gamma / branch.relaxation_time);
             for (int d = 0; d < rotation; ++d)
                 sum(d) += factor * moment[d];
         }
@@ -84,9 +85,8 @@ class EffectJacobians {
     }
 
     /// Loads of the outer forces that follow from b alone.
-    void add_node_loads(const physics::Chain<Dim, T>& chain, const T* b, const T& gamma,
-                        std::vector<Column>& right_hand_side) const {
-        const auto& layout = chain.layout();
+    void add_node_loads(const T* b, const T& gamma, std::vector<Column>& right_hand_side) const {
+        const auto& layout = chain_.layout();
         for (std::size_t i = 0; i < nodes_.size(); ++i)
             right_hand_side[i](1) +=
                 gamma * nodes_[i].by_deflection * b[layout.sphere_offset(static_cast<int>(i)) + 1];
@@ -96,18 +96,17 @@ class EffectJacobians {
     }
 
     /// Branch moments and clamp rotation from the solved velocities and spins.
-    void recover(const physics::Chain<Dim, T>& chain, const T* b, const T& gamma,
-                 const std::vector<Column>& solved, T* x) const {
-        const auto& layout = chain.layout();
+    void recover(const T* b, const T& gamma, const std::vector<Column>& solved, T* x) const {
+        const auto& layout = chain_.layout();
         for (int j = 0; j < layout.bond_count() && layout.branch_count() > 0; ++j) {
             const auto place = static_cast<std::size_t>(j);
             const Rotation relative = solved[place + 1].template tail<rotation>() -
                                       solved[place].template tail<rotation>();
             const Rotation bending = bending_[place].lazyProduct(relative);
             for (int k = 0; k < layout.branch_count(); ++k) {
-                const auto& branch = chain.model().branches[static_cast<std::size_t>(k)];
+                const auto& branch = chain_.model().branches[static_cast<std::size_t>(k)];
                 const T stiffness =
-                    branch.relative_stiffness * chain.bond_coefficients(j).bending_stiffness;
+                    branch.relative_stiffness * chain_.bond_coefficients(j).bending_stiffness;
                 const T share = T(1.0) / (T(1.0) + gamma / branch.relaxation_time);
                 auto moment = layout.branch_moment(b, j, k);
                 for (int d = 0; d < rotation; ++d)
@@ -121,10 +120,6 @@ class EffectJacobians {
     }
 
   private:
-    [[nodiscard]] static T relaxation_time(const physics::Chain<Dim, T>& chain, int branch) {
-        return chain.model().branches[static_cast<std::size_t>(branch)].relaxation_time;
-    }
-
     /// Removes the twist from a relative spin.
     [[nodiscard]] static Rotations bending_projection(const core::Vec<Dim, T>& direction) {
         Rotations projection;
@@ -139,6 +134,7 @@ class EffectJacobians {
         return projection;
     }
 
+    const physics::Chain<Dim, T>& chain_;
     std::vector<physics::NodeLoad<Dim, T>> nodes_; ///< (spheres)
     std::vector<Rotations> bending_;               ///< (bonds)
     physics::HingeMoment<T> clamp_;
@@ -164,14 +160,14 @@ class CondensedNewton {
         : chain_(chain), differentiator_(chain),
           jacobians_(static_cast<std::size_t>(chain.layout().bond_count())),
           condensed_(jacobians_.size()), blocks_(chain.layout().sphere_count()),
-          right_hand_side_(blocks_.block_count()) {}
+          right_hand_side_(blocks_.block_count()), effects_(chain) {}
 
     /// Evaluates all Jacobians at `state` and `time`.
     void set_state(const T* state, const T& time = T(0.0)) {
         for (int j = 0; j < chain_.layout().bond_count(); ++j)
             differentiator_.evaluate(state, j, time, jacobians_[static_cast<std::size_t>(j)]);
         if (!chain_.is_plain())
-            effects_.set_state(chain_, state, time);
+            effects_.set_state(state, time);
     }
 
     /// Condenses and factorises I − γJ with the current Jacobians; false if it is singular.
@@ -255,7 +251,7 @@ template <int Dim, class T>
     response << -f_u, f_w.template leftCols<rotation>(), f_u, f_w.template rightCols<rotation>();
     response += f_z.lazyProduct(bond.local_from_motion);
     if (!chain_.is_plain()) {
-        const auto branches = effects_.branch_response(chain_, static_cast<int>(j), gamma_);
+        const auto branches = effects_.branch_response(static_cast<int>(j), gamma_);
         response.template block<rotation, rotation>(Dim, Dim) -= branches;
         response.template block<rotation, rotation>(Dim, block + Dim) += branches;
         response.template block<rotation, rotation>(Dim + rotation, Dim) += branches;
@@ -314,7 +310,7 @@ template <int Dim, class T>
     for (std::size_t j = 0; j < condensed_.size(); ++j) {
         Eigen::Matrix<T, forces, 1> load = condensed_[j].from_local.lazyProduct(local_part(b, j));
         if (!chain_.is_plain()) {
-            const auto branches = effects_.branch_load(chain_, b, static_cast<int>(j), gamma_);
+            const auto branches = effects_.branch_load(b, static_cast<int>(j), gamma_);
             load.template segment<rotation>(Dim) += branches;
             load.template tail<rotation>() -= branches;
         }
@@ -324,7 +320,7 @@ template <int Dim, class T>
         right_hand_side_[j + 1].template tail<rotation>() += load.template tail<rotation>();
     }
     if (!chain_.is_plain())
-        effects_.add_node_loads(chain_, b, gamma_, right_hand_side_);
+        effects_.add_node_loads(b, gamma_, right_hand_side_);
     for (int row = 0; row < block; ++row)
         if (!base_moves_in(row))
             right_hand_side_[0](row) =
@@ -345,7 +341,7 @@ template <int Dim, class T>
                     x + layout.geometry_offset(static_cast<int>(j)));
     }
     if (!chain_.is_plain())
-        effects_.recover(chain_, b, gamma_, right_hand_side_, x);
+        effects_.recover(b, gamma_, right_hand_side_, x);
     for (std::size_t i = 0; i < blocks_.block_count(); ++i) {
         const std::size_t offset = layout.sphere_offset(static_cast<int>(i));
         const bool moves = static_cast<int>(i) >= chain_.first_moving_sphere();

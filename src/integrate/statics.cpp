@@ -98,6 +98,20 @@ class LoadStep {
         return false;
     }
 
+    template <int N>
+    [[nodiscard]] static core::Vec<N, Dual> constants(const core::Vec<N, double>& numbers) {
+        core::Vec<N, Dual> duals;
+        std::ranges::transform(numbers.component, duals.component.begin(),
+                               [](double number) { return Dual(number); });
+        return duals;
+    }
+    template <int N>
+    [[nodiscard]] static core::Vec<N, double> values_of(const core::Vec<N, Dual>& duals) {
+        core::Vec<N, double> values;
+        std::ranges::transform(duals.component, values.component.begin(), &Dual::a);
+        return values;
+    }
+
     /// Forces of bond `j` at the end of the step, and its new history, as functions of the
     /// displacements and rotations of its two spheres.
     struct BondAtRest {
@@ -116,22 +130,18 @@ class LoadStep {
         const auto& increment_2 = increment_[static_cast<std::size_t>(j) + 1];
 
         physics::BondMotion<Dim, Dual> motion;
-        core::Vec<Dim, Dual> old_separation;
-        for (int k = 0; k < Dim; ++k) {
-            old_separation[k] = Dual(start.separation[k]);
+        for (int k = 0; k < Dim; ++k)
             motion.velocity[k] = Dual(increment_2(k), block + k) - Dual(increment_1(k), k);
-        }
-        physics::BondState<Dim, Dual> history;
         for (int k = 0; k < rotation; ++k) {
             motion.spin_1[k] = Dual(increment_1(Dim + k), Dim + k);
             motion.spin_2[k] = Dual(increment_2(Dim + k), block + Dim + k);
-            history.shear_force[k] = Dual(old.shear_force[k]);
-            history.moment[k] = Dual(old.moment[k]);
         }
+        physics::BondState<Dim, Dual> history{constants(old.shear_force), constants(old.moment)};
         if (!chain_.model().straight_moments.empty())
             history.moment[physics::bending_axis<Dim>] +=
                 (load_ - load_before_) *
                 chain_.model().straight_moments[static_cast<std::size_t>(j)];
+        const core::Vec<Dim, Dual> old_separation = constants(start.separation);
         const core::Vec<Dim, Dual> new_separation = old_separation + motion.velocity;
         motion.separation = old_separation + Dual(0.5) * motion.velocity;
 
@@ -145,16 +155,12 @@ class LoadStep {
         history.moment =
             after.turned_moment(history.moment + rates.rate.moment, middle.direction());
 
-        physics::BondMotion<Dim, Dual> rest;
+        physics::BondMotion<Dim, Dual> rest{};
         rest.separation = new_separation;
-        rest.velocity = core::Vec<Dim, Dual>::zero();
-        rest.spin_1 = physics::Rotational<Dim, Dual>::zero();
-        rest.spin_2 = physics::Rotational<Dim, Dual>::zero();
-        if (chain_.is_plain())
-            return {history, physics::bond_response(bond, chain_.law(), after, rest, history)};
         physics::BondState<Dim, Dual> loaded = history;
-        loaded.moment = physics::loaded_moment(bending_, bond, after, rest, history.moment,
-                                               extras_at_rest(state, j, history));
+        if (!chain_.is_plain())
+            loaded.moment = physics::loaded_moment(bending_, bond, after, rest, history.moment,
+                                                   extras_at_rest(state, j, history));
         return {history, physics::bond_response(bond, chain_.law(), after, rest, loaded)};
     }
 
@@ -163,13 +169,10 @@ class LoadStep {
     extras_at_rest(const std::vector<double>& state, int j,
                    const physics::BondState<Dim, Dual>& history) const {
         const auto& layout = chain_.layout();
-        physics::Rotational<Dim, double> moment;
-        for (int k = 0; k < rotation; ++k)
-            moment[k] = history.moment[k].a;
-        physics::BondMotion<Dim, double> rest{};
-        return chain_.bond_extras(j, layout.sphere(state.data(), j),
-                                  layout.sphere(state.data(), j + 1), rest,
-                                  {moment, state.data() + layout.branch_offset(j)}, 0.0, true);
+        const physics::BondMotion<Dim, double> rest{};
+        return chain_.bond_extras(
+            j, layout.sphere(state.data(), j), layout.sphere(state.data(), j + 1), rest,
+            {values_of(history.moment), state.data() + layout.branch_offset(j)}, 0.0, true);
     }
 
     /// A user's force on sphere `i` at rest; finger and moving support do not act here.
@@ -256,12 +259,7 @@ class LoadStep {
         std::vector<physics::BondState<Dim, double>> histories;
         for (int j = 0; j < layout.bond_count(); ++j) {
             const physics::BondState<Dim, Dual> history = evaluate(state, j).history;
-            physics::BondState<Dim, double> value;
-            for (int k = 0; k < rotation; ++k) {
-                value.shear_force[k] = history.shear_force[k].a;
-                value.moment[k] = history.moment[k].a;
-            }
-            histories.push_back(value);
+            histories.push_back({values_of(history.shear_force), values_of(history.moment)});
         }
         for (int i = 0; i < layout.sphere_count(); ++i) {
             auto sphere = layout.sphere(state.data(), i);

@@ -37,17 +37,16 @@ class VelocityVerlet {
             spheres_.push_back(layout.sphere(state.data(), i));
         for (int j = 0; j < layout.bond_count(); ++j)
             bonds_.push_back(layout.bond(state.data(), j));
-        directions_.resize(bonds_.size());
         for (std::size_t j = 0; j < bonds_.size(); ++j)
-            directions_[j] = frame_of(j).direction();
+            directions_.push_back(frame_of(j).direction());
         accelerations_.resize(spheres_.size());
-        if (!chain.is_plain())
-            take_effects(state);
         // The initial half kick uses the forces of the given state; no history advances.
-        if (chain.is_plain())
+        if (chain.is_plain()) {
             sweep<true>(T(0.0), T(0.5 * timestep));
-        else
+        } else {
+            take_effects(state);
             sweep<false>(T(0.0), T(0.5 * timestep));
+        }
     }
 
     /// Takes `count` full steps; velocities are half a step ahead of positions afterwards.

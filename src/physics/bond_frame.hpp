@@ -23,26 +23,37 @@ inline constexpr int rotation_dimension = Dim == 2 ? 1 : 3;
 template <int Dim, class T>
 using Rotational = Vec<rotation_dimension<Dim>, T>;
 
+/// The line from sphere 1 to sphere 2.
 template <int Dim, class T>
-class BondFrame;
-
-/// A bond in the plane.
-template <class T>
-class BondFrame<2, T> {
+class BondLine {
   public:
-    explicit BondFrame(const Vec<2, T>& separation) {
+    explicit BondLine(const Vec<Dim, T>& separation) {
         using std::sqrt;
         length_ = sqrt(dot(separation, separation));
         direction_ = (T(1.0) / length_) * separation;
     }
     /// `direction` need not be a unit vector.
-    BondFrame(const T& length, const Vec<2, T>& direction) : length_(length) {
+    BondLine(const T& length, const Vec<Dim, T>& direction) : length_(length) {
         using std::sqrt;
         direction_ = (T(1.0) / sqrt(dot(direction, direction))) * direction;
     }
     [[nodiscard]] const T& length() const { return length_; }
     /// Unit vector n from sphere 1 to sphere 2.
-    [[nodiscard]] const Vec<2, T>& direction() const { return direction_; }
+    [[nodiscard]] const Vec<Dim, T>& direction() const { return direction_; }
+
+  protected:
+    T length_;
+    Vec<Dim, T> direction_;
+};
+
+template <int Dim, class T>
+class BondFrame;
+
+/// A bond in the plane.
+template <class T>
+class BondFrame<2, T> : public BondLine<2, T> {
+  public:
+    using BondLine<2, T>::BondLine;
 
     /// The part of `v` across the bond.
     [[nodiscard]] Rotational<2, T> transverse(const Vec<2, T>& v) const {
@@ -80,26 +91,14 @@ class BondFrame<2, T> {
     }
 
   private:
-    T length_;
-    Vec<2, T> direction_;
+    using BondLine<2, T>::direction_;
 };
 
 /// A bond in space.
 template <class T>
-class BondFrame<3, T> {
+class BondFrame<3, T> : public BondLine<3, T> {
   public:
-    explicit BondFrame(const Vec<3, T>& separation) {
-        using std::sqrt;
-        length_ = sqrt(dot(separation, separation));
-        direction_ = (T(1.0) / length_) * separation;
-    }
-    /// `direction` need not be a unit vector.
-    BondFrame(const T& length, const Vec<3, T>& direction) : length_(length) {
-        using std::sqrt;
-        direction_ = (T(1.0) / sqrt(dot(direction, direction))) * direction;
-    }
-    [[nodiscard]] const T& length() const { return length_; }
-    [[nodiscard]] const Vec<3, T>& direction() const { return direction_; }
+    using BondLine<3, T>::BondLine;
 
     [[nodiscard]] Rotational<3, T> transverse(const Vec<3, T>& v) const {
         return v - dot(v, direction_) * direction_;
@@ -149,8 +148,8 @@ class BondFrame<3, T> {
         return sqrt((target_square + floor) / (dot(v, v) + floor)) * v;
     }
 
-    T length_;
-    Vec<3, T> direction_;
+    using BondLine<3, T>::direction_;
+    using BondLine<3, T>::length_;
 };
 
 } // namespace culm::physics

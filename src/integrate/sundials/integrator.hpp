@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 #include <string_view>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -65,25 +66,15 @@ class SundialsIntegrators {
     template <int Dim>
     [[nodiscard]] SundialsIntegrator<Dim>& integrator_for(const physics::ChainLayout<Dim>& layout,
                                                           SundialsSolver solver) {
-        auto& kept = integrators<Dim>();
         const auto key = std::pair(solver, layout.size());
-        return kept.try_emplace(key, layout, solver).first->second;
+        return std::get<Kept<Dim>>(kept_).try_emplace(key, layout, solver).first->second;
     }
 
   private:
     template <int Dim>
     using Kept = std::map<std::pair<SundialsSolver, std::size_t>, SundialsIntegrator<Dim>>;
 
-    template <int Dim>
-    [[nodiscard]] Kept<Dim>& integrators() {
-        if constexpr (Dim == 2)
-            return planar_;
-        else
-            return spatial_;
-    }
-
-    Kept<2> planar_;
-    Kept<3> spatial_;
+    std::tuple<Kept<2>, Kept<3>> kept_;
 };
 
 } // namespace culm::integrate
