@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Functions shared by all commands: checks of options, messages, the suggested next command, and
-// execution in one process or on the ranks of a launcher.
+// The commands of culm, one source file each except those that execute a Python program, and their
+// common functions: checks of options, messages, the suggested next command, and execution in one
+// process or on the ranks of a launcher.
 #pragma once
 
 #include "core/error.hpp"
@@ -77,5 +78,38 @@ void run_on_ranks(CLI::App& command, std::shared_ptr<Arguments> arguments,
 [[nodiscard]] inline int rank_count(const farm::Communicator* communicator) {
     return communicator == nullptr ? 1 : communicator->size();
 }
+
+/// Each function adds its command to `app`. The command runs when it is parsed and stores its exit
+/// code in `exit_code`, which must outlive the parsing. `argc` and `argv` are main's, for MPI.
+void add_run_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv);
+void add_reduce_command(CLI::App& app, core::ExitCode& exit_code);
+void add_archive_command(CLI::App& app, core::ExitCode& exit_code);
+void add_jobs_command(CLI::App& app);
+void add_simulate_command(CLI::App& app);
+void add_import_command(CLI::App& app);
+void add_fit_command(CLI::App& app, core::ExitCode& exit_code);
+void add_setup_command(CLI::App& app);
+void add_track_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv);
+void add_calibrate_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv);
+void add_compare_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv);
+void add_diagnose_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv);
+void add_export_command(CLI::App& app);
+void add_effects_command(CLI::App& app);
+void add_keys_command(CLI::App& app);
+void add_report_command(CLI::App& app);
+
+struct TrackArguments {
+    std::vector<std::string> videos;
+    std::string output;
+    int threads = 0; ///< 0: all of the machine's, shared among the ranks
+    bool with_video = false;
+    bool is_quiet = false;
+};
+
+/// Tracks, writes and prints. There are two definitions: in culm (main.cpp) the function executes
+/// the program culm-track of the same folder, in which it does the work (track_main.cpp). Only
+/// culm-track loads the video libraries: their 180 dependencies would multiply the time in which
+/// every other command, and every rank of a study, starts.
+[[nodiscard]] core::ExitCode run_track(const TrackArguments& arguments, int& argc, char**& argv);
 
 } // namespace culm::cli

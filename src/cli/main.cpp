@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm: parse, call, print.
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "cli/provenance.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
@@ -15,7 +14,6 @@
 #include <string_view>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 #include <unistd.h>
 
@@ -78,19 +76,19 @@ int run(int argc, char** argv) {
     app.require_subcommand(1);
     app.footer("Exit codes: 0 done, 2 bad input, 3 some points failed, 75 stopped early "
                "(resumable with --resume).");
-    culm::cli::CommandResult result;
-    culm::cli::add_run_command(app, result, argc, argv);
-    culm::cli::add_reduce_command(app, result);
-    culm::cli::add_archive_command(app, result);
+    ExitCode exit_code = ExitCode::Done;
+    culm::cli::add_run_command(app, exit_code, argc, argv);
+    culm::cli::add_reduce_command(app, exit_code);
+    culm::cli::add_archive_command(app, exit_code);
     culm::cli::add_jobs_command(app);
-    culm::cli::add_simulate_command(app, result);
-    culm::cli::add_import_command(app, result);
-    culm::cli::add_fit_command(app, result);
+    culm::cli::add_simulate_command(app);
+    culm::cli::add_import_command(app);
+    culm::cli::add_fit_command(app, exit_code);
     culm::cli::add_setup_command(app);
-    culm::cli::add_track_command(app, result, argc, argv);
-    culm::cli::add_calibrate_command(app, result, argc, argv);
-    culm::cli::add_compare_command(app, result, argc, argv);
-    culm::cli::add_diagnose_command(app, result, argc, argv);
+    culm::cli::add_track_command(app, exit_code, argc, argv);
+    culm::cli::add_calibrate_command(app, exit_code, argc, argv);
+    culm::cli::add_compare_command(app, exit_code, argc, argv);
+    culm::cli::add_diagnose_command(app, exit_code, argc, argv);
     culm::cli::add_export_command(app);
     culm::cli::add_report_command(app);
     culm::cli::add_effects_command(app);
@@ -99,7 +97,7 @@ int run(int argc, char** argv) {
         std::vector<char*> words = without_help_command(argc, argv);
         return static_cast<int>(culm::cli::with_refusals(true, [&] { // `run` answers its own
             app.parse(static_cast<int>(words.size()), words.data());
-            return result.exit_code;
+            return exit_code;
         }));
     } catch (const CLI::ParseError& error) {
         if (error.get_exit_code() == 0)

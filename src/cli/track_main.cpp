@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm-track: the part of culm that reads videos. `culm track` executes it with its command line.
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "farm/item_map.hpp"
 #include "measure/track/frames/frame_source.hpp"
@@ -17,7 +16,6 @@
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
 namespace culm::cli {
@@ -193,8 +191,8 @@ using culm::core::ExitCode;
 ExitCode run(int argc, char** argv) {
     CLI::App app("Measures deflections in videos; run it as culm track.", "culm");
     app.require_subcommand(1);
-    culm::cli::CommandResult result;
-    culm::cli::add_track_command(app, result, argc, argv);
+    ExitCode exit_code = ExitCode::Done;
+    culm::cli::add_track_command(app, exit_code, argc, argv);
     std::string location;
     CLI::App* survey = app.add_subcommand("survey", "The part of culm setup that reads pictures");
     survey->add_option("location", location)->required();
@@ -202,7 +200,7 @@ ExitCode run(int argc, char** argv) {
     try {
         return culm::cli::with_refusals(true, [&] {
             app.parse(argc, argv);
-            return result.exit_code;
+            return exit_code;
         });
     } catch (const CLI::ParseError& error) {
         return app.exit(error) == 0 ? ExitCode::Done : ExitCode::BadInput;

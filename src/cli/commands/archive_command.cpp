@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm archive info|status|verify|merge|export DIR
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "cli/provenance.hpp"
 #include "present/files.hpp"
 #include "present/study/study.hpp"
@@ -10,11 +9,9 @@
 #include "study/summary/summary.hpp"
 
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
 namespace culm::cli {
@@ -29,15 +26,16 @@ using Text = std::function<std::string(const study::StudyFolder&, const study::F
 using Check = std::function<bool(const study::FolderState&)>;
 
 /// Adds a command that prints the state of a folder; its exit code is 3 if the state `is_bad`.
-void add_look(CLI::App& archive, CommandResult& result, const char* name, const char* description,
-              study::FolderDepth depth, const Text& text, const Check& is_bad) {
+void add_look(CLI::App& archive, core::ExitCode& exit_code, const char* name,
+              const char* description, study::FolderDepth depth, const Text& text,
+              const Check& is_bad) {
     CLI::App* command = archive.add_subcommand(name, description);
     auto arguments = std::make_shared<LookArguments>();
     add_option(*command, "dir", arguments->folder, "DIR", "Folder of a study, complete or not")
         ->required();
     add_option(*command, "--json", arguments->json, "FILE",
                "Write it as JSON to this file (- for stdout)");
-    command->callback([arguments, &result, depth, text, is_bad] {
+    command->callback([arguments, &exit_code, depth, text, is_bad] {
         const study::StudyFolder folder(arguments->folder);
         const study::FolderState state = study::read_folder_state(folder, depth);
         if (!arguments->json.empty())
@@ -45,7 +43,7 @@ void add_look(CLI::App& archive, CommandResult& result, const char* name, const 
         if (arguments->json != "-")
             fmt::print("{}", text(folder, state));
         if (is_bad(state))
-            result.exit_code = core::ExitCode::PointsFailed;
+            exit_code = core::ExitCode::PointsFailed;
     });
 }
 
@@ -54,7 +52,7 @@ struct MergeArguments {
     std::string output;
 };
 
-void merge(const MergeArguments& arguments, CommandResult& result) {
+void merge(const MergeArguments& arguments, core::ExitCode& exit_code) {
     std::vector<study::StudyFolder> sources;
     for (const std::string& folder : arguments.folders)
         sources.emplace_back(folder);
@@ -68,10 +66,10 @@ void merge(const MergeArguments& arguments, CommandResult& result) {
         print_warning(fmt::format("the folders differ in points {}; the folder named first is used",
                                   present::ranges_text(outcome.differing)));
     if (outcome.missing > 0 || outcome.failed > 0 || !outcome.differing.empty())
-        result.exit_code = core::ExitCode::PointsFailed;
+        exit_code = core::ExitCode::PointsFailed;
 }
 
-void add_merge(CLI::App& archive, CommandResult& result) {
+void add_merge(CLI::App& archive, core::ExitCode& exit_code) {
     CLI::App* command = archive.add_subcommand(
         "merge", "One study.h5 from the journals and archives of folders of the same study");
     auto arguments = std::make_shared<MergeArguments>();
@@ -81,7 +79,7 @@ void add_merge(CLI::App& archive, CommandResult& result) {
     add_option(*command, "-o,--output", arguments->output, "DIR",
                "Folder for the study.h5 to be written")
         ->required();
-    command->callback([arguments, &result] { merge(*arguments, result); });
+    command->callback([arguments, &exit_code] { merge(*arguments, exit_code); });
 }
 
 struct ExportArguments {
@@ -89,46 +87,46 @@ struct ExportArguments {
     std::string output;
 };
 
-void add_export(CLI::App& archive, CommandResult& result) {
+void add_export(CLI::App& archive, core::ExitCode& exit_code) {
     CLI::App* command = archive.add_subcommand("export", "CSV tables of an archive");
     auto arguments = std::make_shared<ExportArguments>();
     add_option(*command, "dir", arguments->folder, "DIR", "Folder with a study.h5")->required();
     add_option(*command, "-o,--output", arguments->output, "DIR", "Folder for the tables")
         ->required();
-    command->callback([arguments, &result] {
+    command->callback([arguments, &exit_code] {
         const study::ExportOutcome outcome =
             study::export_archive(study::StudyFolder(arguments->folder), arguments->output);
         fmt::print("points.csv with {} points in {}\n", outcome.points, arguments->output);
         if (outcome.missing > 0) {
             print_error(fmt::format("{} points are missing in the archive", outcome.missing));
-            result.exit_code = core::ExitCode::PointsFailed;
+            exit_code = core::ExitCode::PointsFailed;
         }
     });
 }
 
 } // namespace
 
-void add_archive_command(CLI::App& app, CommandResult& result) {
+void add_archive_command(CLI::App& app, core::ExitCode& exit_code) {
     CLI::App* archive =
         app.add_subcommand("archive", "Look at, check, merge and export the folder of a study");
     archive->require_subcommand(1);
     // `info` and `status` summarise the folder without reading the data.
     const Check has_problems = [](const auto& state) { return !state.problems.empty(); };
-    add_look(*archive, result, "info",
+    add_look(*archive, exit_code, "info",
              "What is in a study's folder: points, tables, histories, provenance, size",
              study::FolderDepth::Glance, present::info_text, has_problems);
     add_look(
-        *archive, result, "status", "Progress of a study, also while it runs; reads headers only",
-        study::FolderDepth::Glance,
+        *archive, exit_code, "status",
+        "Progress of a study, also while it runs; reads headers only", study::FolderDepth::Glance,
         [](const auto&, const auto& state) { return present::status_text(state); }, has_problems);
     add_look(
-        *archive, result, "verify",
+        *archive, exit_code, "verify",
         "Check every checksum and list what is damaged or missing (exit code 3)",
         study::FolderDepth::Verify,
         [](const auto&, const auto& state) { return present::verify_text(state); },
         [](const auto& state) { return !state.is_whole(); });
-    add_merge(*archive, result);
-    add_export(*archive, result);
+    add_merge(*archive, exit_code);
+    add_export(*archive, exit_code);
 }
 
 } // namespace culm::cli

@@ -4,7 +4,6 @@
 #include "calibrate/shared_effects.hpp"
 #include "calibrate/study_calibration.hpp"
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
@@ -20,12 +19,10 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 namespace culm::cli {
@@ -367,7 +364,7 @@ void add_calibration_options(CLI::App& command, CalibrateArguments& arguments) {
 
 } // namespace
 
-void add_calibrate_command(CLI::App& app, CommandResult& result, int& argc, char**& argv) {
+void add_calibrate_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv) {
     CLI::App* command = app.add_subcommand(
         "calibrate", "Fit the chain to measured stems: Y and beta with their uncertainty");
     auto arguments = std::make_shared<CalibrateArguments>();
@@ -378,7 +375,7 @@ void add_calibrate_command(CLI::App& app, CommandResult& result, int& argc, char
                           "Fit");
     add_calibration_options(*command, *arguments);
     add_chain_options(*command, *arguments);
-    run_on_ranks(*command, arguments, result.exit_code, argc, argv, calibrate_measurements);
+    run_on_ranks(*command, arguments, exit_code, argc, argv, calibrate_measurements);
 }
 
 } // namespace culm::cli

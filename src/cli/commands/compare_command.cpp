@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm compare MEASUREMENT: compares one measurement with growing models.
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
 #include "measure/folder/measurement_folder.hpp"
@@ -12,13 +11,11 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -144,7 +141,7 @@ core::ExitCode compare_measurements(const CompareArguments& arguments,
 
 } // namespace
 
-void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**& argv) {
+void add_compare_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv) {
     CLI::App* command = app.add_subcommand(
         "compare", "Compare a model with a measurement: where, when and how it fails, and whether "
                    "added effects improve it");
@@ -159,7 +156,7 @@ void add_compare_command(CLI::App& app, CommandResult& result, int& argc, char**
     add_option(*command, "--ladder", arguments->ladder, "EFFECT,...",
                "Add these effects one by one and judge each step");
     add_chain_options(*command, *arguments);
-    run_on_ranks(*command, arguments, result.exit_code, argc, argv, compare_measurements);
+    run_on_ranks(*command, arguments, exit_code, argc, argv, compare_measurements);
 }
 
 } // namespace culm::cli

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm diagnose MEASUREMENT...: finds the effect that the recordings require, on all ranks.
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "cli/interruption.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
@@ -22,7 +21,6 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <numeric>
 #include <set>
 #include <span>
@@ -31,7 +29,6 @@
 #include <variant>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 namespace culm::cli {
@@ -416,7 +413,7 @@ void add_effect_options(CLI::App& command, DiagnoseArguments& arguments) {
 
 } // namespace
 
-void add_diagnose_command(CLI::App& app, CommandResult& result, int& argc, char**& argv) {
+void add_diagnose_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv) {
     CLI::App* command = app.add_subcommand(
         "diagnose", "Find which effect is missing from the published chain, with its uncertainty, "
                     "and which effects the recording cannot detect");
@@ -434,7 +431,7 @@ void add_diagnose_command(CLI::App& app, CommandResult& result, int& argc, char*
         if (!arguments->output.empty())
             watch_stop_signals();
     });
-    run_on_ranks(*command, arguments, result.exit_code, argc, argv, diagnose_measurements);
+    run_on_ranks(*command, arguments, exit_code, argc, argv, diagnose_measurements);
 }
 
 } // namespace culm::cli

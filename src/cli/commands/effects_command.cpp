@@ -1,20 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm effects [NAME...]
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "physics/effects/library.hpp"
 #include "present/files.hpp"
 #include "present/text.hpp"
 #include "study/config/study_effects.hpp"
 
 #include <algorithm>
-#include <memory>
 #include <ranges>
 #include <span>
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <nlohmann/json.hpp>

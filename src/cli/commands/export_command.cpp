@@ -2,18 +2,15 @@
 // culm export liggghts|lammps CALIBRATION
 #include "calibrate/bulk_export.hpp"
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
 #include "core/user_files.hpp"
 #include "present/files.hpp"
 
 #include <map>
-#include <memory>
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm fit MEASUREMENT...
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
 #include "measure/folder/measurement_folder.hpp"
@@ -11,10 +10,8 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <memory>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 namespace culm::cli {
@@ -59,7 +56,7 @@ void write_folder(const FitArguments& arguments, const present::FitReport& repor
                                 normalised_csv(measurements[i], report.stems[i]));
 }
 
-void fit(const FitArguments& arguments, CommandResult& result) {
+void fit(const FitArguments& arguments, core::ExitCode& exit_code) {
     present::FitReport report;
     report.options.window = arguments.window_s;
     report.options.has_phase = arguments.phase == "free";
@@ -94,12 +91,12 @@ void fit(const FitArguments& arguments, CommandResult& result) {
         fmt::print("{}{}", present::fit_table(report, style_of(stdout)),
                    next_step(arguments, "culm calibrate" + as_words(arguments.paths)));
     if (std::ranges::any_of(report.stems, [](const auto& stem) { return !stem.frequency; }))
-        result.exit_code = core::ExitCode::PointsFailed;
+        exit_code = core::ExitCode::PointsFailed;
 }
 
 } // namespace
 
-void add_fit_command(CLI::App& app, CommandResult& result) {
+void add_fit_command(CLI::App& app, core::ExitCode& exit_code) {
     CLI::App* command = app.add_subcommand(
         "fit", "Fit Eq. 1 at every height of measured stems; mean and spread of several stems");
     auto arguments = std::make_shared<FitArguments>();
@@ -116,7 +113,7 @@ void add_fit_command(CLI::App& app, CommandResult& result) {
             "Position of rest: \"fixed\" at 0, \"free\", or \"auto\": free for a stem that "
             "was held straight (default: auto)")
         ->check(CLI::IsMember({"auto", "fixed", "free"}));
-    command->callback([arguments, &result] { fit(*arguments, result); });
+    command->callback([arguments, &exit_code] { fit(*arguments, exit_code); });
 }
 
 } // namespace culm::cli

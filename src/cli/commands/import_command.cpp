@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm import MAPPING.toml -o DIR, culm import RECORDING -o DIR
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "cli/provenance.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "measure/import/import_recording.hpp"
@@ -10,10 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <memory>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 namespace culm::cli {
@@ -78,7 +75,7 @@ void import_measurement(const ImportArguments& arguments) {
 
 } // namespace
 
-void add_import_command(CLI::App& app, CommandResult&) {
+void add_import_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(
         "import", "Make a measurement folder from a recording of another program");
     auto arguments = std::make_shared<ImportArguments>();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm jobs slurm|pbs STUDY.toml|MEASUREMENT... --nodes N
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
 #include "cluster/batch_system.hpp"
@@ -15,12 +14,10 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
 namespace culm::cli {

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm keys [NAME...]
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "core/error.hpp"
 #include "present/text.hpp"
 #include "study/config/keys.hpp"
 
-#include <memory>
 #include <string>
 #include <vector>
 
-#include <CLI/CLI.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

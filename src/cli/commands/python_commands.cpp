@@ -2,14 +2,10 @@
 // The commands that execute a Python program: culm setup VIDEO -o DIR (postprocess/setup.py) and
 // culm report DIR -o report.html (postprocess/report.py).
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "cli/provenance.hpp"
 
-#include <memory>
 #include <string>
 #include <vector>
-
-#include <CLI/CLI.hpp>
 
 namespace culm::cli {
 namespace {

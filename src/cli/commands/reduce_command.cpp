@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm reduce DIR
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "present/files.hpp"
 #include "present/study/study.hpp"
 #include "study/summary/summary.hpp"
 
-#include <memory>
 #include <optional>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
@@ -29,7 +26,7 @@ struct ReduceArguments {
 /// Writes and prints a summary where the arguments say.
 template <class Summary>
 void hand_out(const ReduceArguments& arguments, const Summary& summary, const std::string& table,
-              const std::string& next_command, CommandResult& result) {
+              const std::string& next_command, core::ExitCode& exit_code) {
     if (!arguments.keep)
         present::write_summary(study::StudyFolder(arguments.folder), summary);
     if (!arguments.json.empty())
@@ -43,11 +40,11 @@ void hand_out(const ReduceArguments& arguments, const Summary& summary, const st
         fmt::print("{}", next_step(next_command));
     }
     if (!summary.failed.empty() || !summary.missing.empty())
-        result.exit_code = core::ExitCode::PointsFailed;
+        exit_code = core::ExitCode::PointsFailed;
 }
 
 void reduce_timesteps(const ReduceArguments& arguments, const study::ArchivedStudy& archived,
-                      CommandResult& result) {
+                      core::ExitCode& exit_code) {
     if (arguments.window_s || !arguments.amplitude.empty() || arguments.significance)
         throw core::InputError(fmt::format("{}: a time-step study keeps no histories to fit again; "
                                            "--window, --amplitude and --significance are for "
@@ -55,13 +52,13 @@ void reduce_timesteps(const ReduceArguments& arguments, const study::ArchivedStu
                                            arguments.folder));
     const study::TimestepSummary summary = study::reduce_timestep_study(archived);
     hand_out(arguments, summary, present::timestep_table(summary),
-             "culm report" + as_words({arguments.folder}), result);
+             "culm report" + as_words({arguments.folder}), exit_code);
 }
 
-void reduce(const ReduceArguments& arguments, CommandResult& result) {
+void reduce(const ReduceArguments& arguments, core::ExitCode& exit_code) {
     const study::ArchivedStudy archived = study::open_archive(study::StudyFolder(arguments.folder));
     if (archived.study.config.kind == study::StudyKind::Timestep) {
-        reduce_timesteps(arguments, archived, result);
+        reduce_timesteps(arguments, archived, exit_code);
         return;
     }
     study::ReduceOptions options = archived.study.config.reduce;
@@ -82,12 +79,12 @@ void reduce(const ReduceArguments& arguments, CommandResult& result) {
     const study::StudySummary summary =
         study::reduce_study(archived, refit, arguments.significance);
     hand_out(arguments, summary, present::regression_table(summary),
-             "culm calibrate MEASUREMENT --via" + as_words({arguments.folder}), result);
+             "culm calibrate MEASUREMENT --via" + as_words({arguments.folder}), exit_code);
 }
 
 } // namespace
 
-void add_reduce_command(CLI::App& app, CommandResult& result) {
+void add_reduce_command(CLI::App& app, core::ExitCode& exit_code) {
     CLI::App* command = app.add_subcommand(
         "reduce", "Fit Eq. 1 to the stored histories of a study again, and repeat the regressions "
                   "and the spread of its stems");
@@ -107,7 +104,7 @@ void add_reduce_command(CLI::App& app, CommandResult& result) {
     add_option(*command, "--json", arguments->json, "FILE",
                "Write the summary to this file (- for stdout)");
     command->add_flag("--keep", arguments->keep, "Do not change summary.json and fits.csv");
-    command->callback([arguments, &result] { reduce(*arguments, result); });
+    command->callback([arguments, &exit_code] { reduce(*arguments, exit_code); });
 }
 
 } // namespace culm::cli

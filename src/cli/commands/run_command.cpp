@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm run STUDY.toml [-o DIR] [--resume] [--dry-run]
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "cli/interruption.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
@@ -19,13 +18,11 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <numeric>
 #include <optional>
 #include <string>
 #include <utility>
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 
 namespace culm::cli {
@@ -239,7 +236,7 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
 
 } // namespace
 
-void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& argv) {
+void add_run_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv) {
     CLI::App* command = app.add_subcommand(
         "run", "Run a study (alone, or under mpirun or srun), archive and reduce it");
     auto arguments = std::make_shared<RunArguments>();
@@ -269,11 +266,11 @@ void add_run_command(CLI::App& app, CommandResult& result, int& argc, char**& ar
     command->add_flag("--dry-run", arguments->dry_run,
                       "Check everything and print the plan: points, lanes, cost, memory, archive");
     command->add_flag("-q,--quiet", arguments->quiet, "No progress");
-    command->callback([arguments, &result, &argc, &argv] {
+    command->callback([arguments, &exit_code, &argc, &argv] {
         // Before all else: batch systems may send signals while MPI is still starting.
         if (!arguments->dry_run)
             watch_stop_signals();
-        result.exit_code = alone_or_under_launcher(argc, argv, [&](const auto* communicator) {
+        exit_code = alone_or_under_launcher(argc, argv, [&](const auto* communicator) {
             try {
                 return run(*arguments, communicator);
             } catch (const core::StorageError& error) { // every rank meets it

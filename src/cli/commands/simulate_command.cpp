@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm simulate: one stem, with parameters given or calibrated from a study's regressions.
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
 #include "present/files.hpp"
 #include "reduce/study_regression.hpp"
 #include "run/simulate.hpp"
@@ -9,11 +8,9 @@
 #include "study/execute/point_results.hpp"
 #include "study/summary/summary.hpp"
 
-#include <memory>
 #include <optional>
 #include <string>
 
-#include <CLI/CLI.hpp>
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
 
@@ -156,7 +153,7 @@ void simulate(const SimulateArguments& arguments) {
 
 } // namespace
 
-void add_simulate_command(CLI::App& app, CommandResult&) {
+void add_simulate_command(CLI::App& app) {
     const auto range_of = [](const char* key) {
         return number_in(study::find_parameter(key)->range);
     };

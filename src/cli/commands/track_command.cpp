@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm track VIDEO.toml... -o DIR
 #include "cli/command_line.hpp"
-#include "cli/commands.hpp"
-
-#include <memory>
-
-#include <CLI/CLI.hpp>
 
 namespace culm::cli {
 
-void add_track_command(CLI::App& app, CommandResult& result, int& argc, char**& argv) {
+void add_track_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv) {
     CLI::App* command = app.add_subcommand(
         "track", "Measure a stem's deflections in a high-speed video (docs/tracking.md)");
     auto arguments = std::make_shared<TrackArguments>();
@@ -26,9 +21,8 @@ void add_track_command(CLI::App& app, CommandResult& result, int& argc, char**& 
     command->add_flag("--overlay", arguments->with_video,
                       "Also write overlay.avi: every kept frame with the tracked axis");
     command->add_flag("-q,--quiet", arguments->is_quiet, "No estimate of the cost, no progress");
-    command->callback([arguments, &result, &argc, &argv] {
-        result.exit_code = run_track(*arguments, argc, argv);
-    });
+    command->callback(
+        [arguments, &exit_code, &argc, &argv] { exit_code = run_track(*arguments, argc, argv); });
 }
 
 } // namespace culm::cli
