@@ -34,14 +34,6 @@ reduce::StemHistories simulated_histories(fit::StemModel model,
     return stem;
 }
 
-/// Means of a quantity over the heights that both stems' fits have, and the error of the measured
-/// one; the weights are NaN if there are none.
-struct PairedMean {
-    double measured;
-    double simulated;
-    double standard_error;
-};
-
 PairedMean paired_mean(const CalibrationCheck& check,
                        reduce::Estimate reduce::RingDownAnalysis::*quantity) {
     double weights = 0.0;
@@ -116,20 +108,12 @@ CalibrationCheck check_calibration(const fit::RecordingFit& fit,
     check.measured = reduce::fit_stem(residuals::histories_of(measurement), options);
     check.simulated =
         reduce::fit_stem(simulated_histories(fit.model, measurement, integrator), options);
-    const PairedMean decay = paired_mean(check, &reduce::RingDownAnalysis::decay_per_cycle);
-    const PairedMean frequency = paired_mean(check, &reduce::RingDownAnalysis::frequency);
-    if (std::isinf(decay.standard_error))
+    check.decay_per_cycle = paired_mean(check, &reduce::RingDownAnalysis::decay_per_cycle);
+    check.frequency = paired_mean(check, &reduce::RingDownAnalysis::frequency);
+    if (std::isinf(check.decay_per_cycle.standard_error))
         throw core::NumericalError(
             core::FailureKind::FitFailed,
             fmt::format("{}: Eq. 1 cannot be fitted at any height", measurement.stem.id));
-    check.measured_decay_per_cycle = decay.measured;
-    check.simulated_decay_per_cycle = decay.simulated;
-    check.decay_error = decay.simulated / decay.measured - 1.0;
-    check.decay_resolution = decay.standard_error / std::abs(decay.measured);
-    check.measured_frequency = frequency.measured;
-    check.simulated_frequency = frequency.simulated;
-    check.frequency_error = frequency.simulated / frequency.measured - 1.0;
-    check.frequency_resolution = frequency.standard_error / std::abs(frequency.measured);
     return check;
 }
 

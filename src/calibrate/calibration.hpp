@@ -12,6 +12,7 @@
 #include "reduce/ring_down/stem_ring_downs.hpp"
 #include "run/modes.hpp"
 
+#include <cmath>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,21 +20,24 @@
 
 namespace culm::calibrate {
 
+/// Means of a quantity over the heights that the fits of both stems have, weighted by the precision
+/// of the measured one.
+struct PairedMean {
+    double measured = 0.0;
+    double simulated = 0.0;
+    double standard_error = 0.0; ///< of the measured one; infinite if there is no such height
+
+    [[nodiscard]] double relative_error() const { return simulated / measured - 1.0; }
+    /// One relative standard error of the measured mean: the resolution of the test.
+    [[nodiscard]] double resolution() const { return standard_error / std::abs(measured); }
+};
+
 /// The paper's closing test: Eq. 1 fitted to the calibrated stem and to the measured one.
 struct CalibrationCheck {
     reduce::StemRingDowns measured;
     reduce::StemRingDowns simulated; ///< at the same times and heights, without noise
-    /// Means over the heights that both fits have, weighted by the precision of the measured one;
-    /// the errors are simulated/measured − 1.
-    double measured_decay_per_cycle = 0.0;
-    double simulated_decay_per_cycle = 0.0;
-    double decay_error = 0.0;
-    double measured_frequency = 0.0; ///< Hz
-    double simulated_frequency = 0.0;
-    double frequency_error = 0.0;
-    /// One relative standard error of the measured values: the resolution of the test.
-    double decay_resolution = 0.0;
-    double frequency_resolution = 0.0;
+    PairedMean decay_per_cycle;
+    PairedMean frequency; ///< Hz
 };
 
 /// Simulates the calibrated stem over the whole record with `integrator` (its method and solver;

@@ -157,14 +157,14 @@ json check_json(const calibrate::Calibration& calibration) {
     if (!calibration.check)
         return {{"failure", calibration.check_failure}};
     const calibrate::CalibrationCheck& check = *calibration.check;
-    return {{"measured_b1_per_cycle", check.measured_decay_per_cycle},
-            {"simulated_b1_per_cycle", check.simulated_decay_per_cycle},
-            {"b1_error_percent", 100.0 * check.decay_error},
-            {"b1_resolution_percent", 100.0 * check.decay_resolution},
-            {"measured_b2_hz", check.measured_frequency},
-            {"simulated_b2_hz", check.simulated_frequency},
-            {"b2_error_percent", 100.0 * check.frequency_error},
-            {"b2_resolution_percent", 100.0 * check.frequency_resolution}};
+    return {{"measured_b1_per_cycle", check.decay_per_cycle.measured},
+            {"simulated_b1_per_cycle", check.decay_per_cycle.simulated},
+            {"b1_error_percent", 100.0 * check.decay_per_cycle.relative_error()},
+            {"b1_resolution_percent", 100.0 * check.decay_per_cycle.resolution()},
+            {"measured_b2_hz", check.frequency.measured},
+            {"simulated_b2_hz", check.frequency.simulated},
+            {"b2_error_percent", 100.0 * check.frequency.relative_error()},
+            {"b2_resolution_percent", 100.0 * check.frequency.resolution()}};
 }
 
 json prediction_json(const std::optional<reduce::Prediction>& found) {
@@ -225,9 +225,10 @@ std::string check_lines(const calibrate::Calibration& calibration) {
         "%)\n"
         "    b2            simulated {:.3f} Hz, measured {:.3f} Hz, error {:+.3f} % (resolution "
         "{:.3f} %)\n",
-        check.simulated_decay_per_cycle, check.measured_decay_per_cycle, 100.0 * check.decay_error,
-        100.0 * check.decay_resolution, check.simulated_frequency, check.measured_frequency,
-        100.0 * check.frequency_error, 100.0 * check.frequency_resolution);
+        check.decay_per_cycle.simulated, check.decay_per_cycle.measured,
+        100.0 * check.decay_per_cycle.relative_error(), 100.0 * check.decay_per_cycle.resolution(),
+        check.frequency.simulated, check.frequency.measured,
+        100.0 * check.frequency.relative_error(), 100.0 * check.frequency.resolution());
 }
 
 /// "Y = 1.9 (95 %: 1.8 … 2.0) GPa, beta = …" by one of the two kinds of laws.
@@ -316,8 +317,9 @@ std::string calibration_table_line(const calibrate::Calibration& calibration, bo
     std::string check;
     if (is_checked)
         check = calibration.check
-                    ? fmt::format("{:>+8.2f}% {:>+8.3f}%  ", 100.0 * calibration.check->decay_error,
-                                  100.0 * calibration.check->frequency_error)
+                    ? fmt::format("{:>+8.2f}% {:>+8.3f}%  ",
+                                  100.0 * calibration.check->decay_per_cycle.relative_error(),
+                                  100.0 * calibration.check->frequency.relative_error())
                     : fmt::format("{:>9} {:>9}  ", "-", "-");
     return fmt::format("{:<14} {:>18} {:>16} {:>18} {:>17} {:>8.4f}  {}{}\n", calibration.id,
                        plus_minus(parameter_of(calibration, physics::bond_youngs_modulus), 1e-9),

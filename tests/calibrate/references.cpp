@@ -42,9 +42,10 @@ TEST(NullStem, IsCalibratedWithinAPerCentAndNothingIsMissing) {
     EXPECT_TRUE(found.verdict.finding == diagnose::Finding::Adequate) << found.verdict.reason;
     ASSERT_TRUE(found.check);
     // The closing test cannot be better than the reading itself: four standard errors.
-    EXPECT_LT(std::abs(found.check->decay_error), 4.0 * found.check->decay_resolution + 1e-3);
-    EXPECT_LT(std::abs(found.check->frequency_error),
-              4.0 * found.check->frequency_resolution + 1e-4);
+    EXPECT_LT(std::abs(found.check->decay_per_cycle.relative_error()),
+              4.0 * found.check->decay_per_cycle.resolution() + 1e-3);
+    EXPECT_LT(std::abs(found.check->frequency.relative_error()),
+              4.0 * found.check->frequency.resolution() + 1e-4);
 }
 
 TEST(NullStem, DoesNotDependOnTheNumberOfSpheresByMoreThanTheNoise) {
