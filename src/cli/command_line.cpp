@@ -64,18 +64,17 @@ std::string next_step(const std::string& command) {
 }
 
 core::ExitCode with_refusals(bool prints, const std::function<core::ExitCode()>& action) {
-    const auto refuse = [prints](const std::exception& error) {
-        if (prints)
-            print_error(error.what());
-        return core::ExitCode::BadInput;
-    };
+    std::string reason;
     try {
         return action();
     } catch (const core::InputError& error) {
-        return refuse(error);
+        reason = error.what();
     } catch (const core::StorageError& error) {
-        return refuse(error);
+        reason = error.what();
     }
+    if (prints)
+        print_error(reason);
+    return core::ExitCode::BadInput;
 }
 
 core::ExitCode

@@ -21,18 +21,13 @@ constexpr double simulations_for_candidate = 55.0;
 
 void add_recording_options(CLI::App& command, RecordingArguments& arguments, const char* paths,
                            const char* output, const char* window) {
-    command.add_option("measurements", arguments.paths, paths)
-        ->required()
-        ->type_name("MEASUREMENT");
-    command.add_option("--json", arguments.json, "Write all results to this file (- for stdout)")
-        ->type_name("FILE");
-    command.add_option("-o,--output", arguments.output, output)->type_name("DIR");
+    add_option(command, "measurements", arguments.paths, "MEASUREMENT", paths)->required();
+    add_option(command, "--json", arguments.json, "FILE",
+               "Write all results to this file (- for stdout)");
+    add_option(command, "-o,--output", arguments.output, "DIR", output);
     command.add_flag("-q,--quiet", arguments.is_quiet, "Neither progress nor the next command");
-    command
-        .add_option(
-            "--window", arguments.window_s,
-            fmt::format("{} only the first SECONDS after the release (default: all)", window))
-        ->type_name("SECONDS")
+    add_option(command, "--window", arguments.window_s, "SECONDS",
+               fmt::format("{} only the first SECONDS after the release (default: all)", window))
         ->check(number_in({0.0, 1e6, true}));
 }
 
@@ -42,10 +37,8 @@ void add_chain_options(CLI::App& command, RecordingArguments& arguments) {
                     "Law of the bonds' damping: \"consistent\" (physical) or \"schramm2019\" (as "
                     "in the authors' code) (default: consistent)")
         ->check(CLI::IsMember(physics::law_names()));
-    command
-        .add_option("--spheres", arguments.spheres,
-                    "Spheres in the chain (default: as stem.toml says, else 56)")
-        ->type_name("N")
+    add_option(command, "--spheres", arguments.spheres, "N",
+               "Spheres in the chain (default: as stem.toml says, else 56)")
         ->check(CLI::Range(5, 1000));
     command.add_flag("--details", arguments.with_details,
                      "Also print the tables that the answer is based on");

@@ -52,8 +52,10 @@ Environment::~Environment() {
     // that wait for its messages, so it ends all ranks.
     int size = 1;
     MPI_Comm_size(MPI_COMM_WORLD, &size);
-    if (size > 1 && std::uncaught_exceptions() > exceptions_at_start_)
-        abort(EXIT_FAILURE);
+    if (size > 1 && std::uncaught_exceptions() > exceptions_at_start_) {
+        MPI_Abort(MPI_COMM_WORLD, EXIT_FAILURE);
+        std::abort(); // MPI_Abort does not return, but the standard does not promise it
+    }
 #ifdef __SANITIZE_ADDRESS__
     // Reports leaks of culm and ends the process if there are any, before MPI_Finalize unloads Open
     // MPI's plugins: memory that they keep until the end of the process looks like leaks
@@ -69,12 +71,6 @@ bool Environment::is_under_launcher() {
         if (std::getenv(name) != nullptr)
             return true;
     return false;
-}
-
-void Environment::abort(int exit_code) {
-    // MPI_Abort does not return, but the standard does not promise it.
-    MPI_Abort(MPI_COMM_WORLD, exit_code);
-    std::abort();
 }
 
 } // namespace culm::farm

@@ -28,9 +28,6 @@ class Environment {
     /// a short command that runs alone need not initialise MPI.
     [[nodiscard]] static bool is_under_launcher();
 
-    /// Ends all ranks at once with this exit code.
-    [[noreturn]] static void abort(int exit_code);
-
   private:
     int exceptions_at_start_;
 };

@@ -337,10 +337,8 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
 }
 
 void add_calibration_options(CLI::App& command, CalibrateArguments& arguments) {
-    command
-        .add_option("--via", arguments.via,
-                    "Also calibrate by this study's regressions (Eqs. 12-13 and F-test terms)")
-        ->type_name("STUDY_DIR");
+    add_option(command, "--via", arguments.via, "STUDY_DIR",
+               "Also calibrate by this study's regressions (Eqs. 12-13 and F-test terms)");
     CLI::Option* check = command.add_flag(
         "--check", arguments.with_check,
         "Simulate the calibrated stem and compare its b1 and b2 with the measured ones");

@@ -380,24 +380,17 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
 }
 
 void add_effect_options(CLI::App& command, DiagnoseArguments& arguments) {
-    command
-        .add_option("--candidates", arguments.candidates,
-                    "Try only these effects (default: all of `culm effects` that apply to the "
-                    "recording)")
-        ->type_name("EFFECT,...");
-    command
-        .add_option("--effect-file", arguments.effect_files,
-                    "One more candidate, defined in a TOML file (docs/effects.md); may be repeated")
-        ->type_name("FILE")
+    add_option(command, "--candidates", arguments.candidates, "EFFECT,...",
+               "Try only these effects (default: all of `culm effects` that apply to the "
+               "recording)");
+    add_option(command, "--effect-file", arguments.effect_files, "FILE",
+               "One more candidate, defined in a TOML file (docs/effects.md); may be repeated")
         ->allow_extra_args(false);
-    command
-        .add_option("--known", arguments.known,
-                    "Effects that are known to act, part of every model: gravity, "
-                    "relaxation(hold_time_s=3), ...; parameters without a value are fitted")
-        ->type_name("EFFECT,...");
-    command
-        .add_option("--max-effects", arguments.most_effects, "Name at most N effects (default: 3)")
-        ->type_name("N")
+    add_option(command, "--known", arguments.known, "EFFECT,...",
+               "Effects that are known to act, part of every model: gravity, "
+               "relaxation(hold_time_s=3), ...; parameters without a value are fitted");
+    add_option(command, "--max-effects", arguments.most_effects, "N",
+               "Name at most N effects (default: 3)")
         ->check(CLI::Range(1, 6));
     CLI::Option* output = command.get_option("--output");
     command

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <type_traits>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -31,6 +32,38 @@ std::string_view quantity_of(std::string_view key) {
 
 std::string must_be(std::string_view allowed, const std::string& otherwise) {
     return "must be " + (allowed.empty() ? otherwise : std::string(allowed));
+}
+
+/// convert(node) if the key is present; an empty result is recorded as a fault.
+template <class Convert, class Value = std::invoke_result_t<Convert, const toml::node&>>
+Value checked(const TomlTable& table, std::string_view key, const toml::node* found,
+              std::string_view text, const Convert& convert) {
+    Value value = found != nullptr ? convert(*found) : std::nullopt;
+    if (found != nullptr && !value)
+        table.fault(key, text);
+    return value;
+}
+
+/// The elements of a list that is not empty, if all of them can be converted.
+template <class T, class Convert>
+std::optional<std::vector<T>> converted_list(const toml::node& node, const Convert& convert) {
+    const toml::array* array = node.as_array();
+    if (array == nullptr || array->empty())
+        return std::nullopt;
+    std::vector<T> values;
+    for (const toml::node& element : *array) {
+        std::optional<T> value = convert(element);
+        if (!value)
+            return std::nullopt;
+        values.push_back(*std::move(value));
+    }
+    return values;
+}
+
+/// Empty also for a whole number beyond 2⁵³ that no double equals.
+std::optional<double> number_in(const toml::node& node, const Interval& range) {
+    const auto value = node.value<double>();
+    return node.is_number() && value && range.contains(*value) ? value : std::nullopt;
 }
 
 bool contains(const std::vector<std::string>& names, std::string_view name) {
@@ -142,14 +175,10 @@ std::vector<std::string> TomlTable::keys() const {
 }
 
 std::optional<std::string> TomlTable::text(const std::string& key, std::string_view allowed) const {
-    const toml::node* found = ask(key);
-    if (found == nullptr)
-        return std::nullopt;
-    auto value = found->value_exact<std::string>();
-    if (value && !value->empty())
-        return value;
-    fault(key, must_be(allowed, ""));
-    return std::nullopt;
+    return checked(*this, key, ask(key), must_be(allowed, ""), [](const toml::node& node) {
+        auto value = node.value_exact<std::string>();
+        return value && !value->empty() ? value : std::nullopt;
+    });
 }
 
 std::optional<std::size_t> TomlTable::word(const std::string& key,
@@ -172,9 +201,7 @@ std::optional<double> TomlTable::number(const std::string& key, const Interval& 
     const toml::node* found = ask(key);
     if (found == nullptr)
         return std::nullopt;
-    // Empty for a whole number beyond 2⁵³ that no double equals.
-    const auto value = found->value<double>();
-    if (found->is_number() && value && range.contains(*value))
+    if (const auto value = number_in(*found, range))
         return value;
     const std::string text = found->value_exact<std::string>().value_or("");
     if (text.find("±") != std::string::npos)
@@ -189,59 +216,32 @@ std::optional<double> TomlTable::number(const std::string& key, const Interval& 
 
 std::optional<std::int64_t> TomlTable::whole_number(const std::string& key, const Interval& range,
                                                     std::string_view allowed) const {
-    const toml::node* found = ask(key);
-    if (found == nullptr)
-        return std::nullopt;
-    if (const auto value = found->value_exact<std::int64_t>();
-        value && range.contains(static_cast<double>(*value)))
-        return value;
-    fault(key, must_be(allowed, "a whole number in " + range.text()));
-    return std::nullopt;
+    return checked(*this, key, ask(key), must_be(allowed, "a whole number in " + range.text()),
+                   [&range](const toml::node& node) {
+                       const auto value = node.value_exact<std::int64_t>();
+                       return value && range.contains(static_cast<double>(*value)) ? value
+                                                                                   : std::nullopt;
+                   });
 }
 
 std::optional<bool> TomlTable::flag(const std::string& key) const {
-    const toml::node* found = ask(key);
-    if (found == nullptr)
-        return std::nullopt;
-    const std::optional<bool> value = found->value_exact<bool>();
-    if (!value)
-        fault(key, "must be true or false, without quotes");
-    return value;
+    return checked(*this, key, ask(key), "must be true or false, without quotes",
+                   [](const toml::node& node) { return node.value_exact<bool>(); });
 }
 
 std::vector<double> TomlTable::numbers(const std::string& key, const Interval& range,
                                        std::string_view allowed) const {
-    const toml::node* found = ask(key);
-    if (found == nullptr)
-        return {};
-    std::vector<double> values;
-    const toml::array* array = found->as_array();
-    bool right = array != nullptr && !array->empty();
-    for (std::size_t i = 0; right && i < array->size(); ++i) {
-        const auto value = (*array)[i].value<double>();
-        right = (*array)[i].is_number() && value && range.contains(*value);
-        if (right)
-            values.push_back(*value);
-    }
-    if (right)
-        return values;
-    fault(key, must_be(allowed, "a list of numbers in " + range.text()));
-    return {};
+    const auto number = [&range](const toml::node& element) { return number_in(element, range); };
+    return checked(*this, key, ask(key), must_be(allowed, "a list of numbers in " + range.text()),
+                   [&](const toml::node& node) { return converted_list<double>(node, number); })
+        .value_or(std::vector<double>());
 }
 
 std::vector<std::string> TomlTable::texts(const std::string& key) const {
-    const toml::node* found = ask(key);
-    if (found == nullptr)
-        return {};
-    std::vector<std::string> values;
-    const toml::array* array = found->as_array();
-    for (std::size_t i = 0; array != nullptr && i < array->size(); ++i)
-        if (auto value = (*array)[i].value_exact<std::string>())
-            values.push_back(*value);
-    if (array != nullptr && !array->empty() && values.size() == array->size())
-        return values;
-    fault(key, "must be a list of texts in quotes");
-    return {};
+    const auto text = [](const toml::node& element) { return element.value_exact<std::string>(); };
+    return checked(*this, key, ask(key), "must be a list of texts in quotes",
+                   [&](const toml::node& node) { return converted_list<std::string>(node, text); })
+        .value_or(std::vector<std::string>());
 }
 
 std::string TomlTable::key_of(const std::string& name, const KeyUnit& unit) const {
