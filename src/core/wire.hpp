@@ -56,53 +56,46 @@ class WireWriter {
     }
 
     template <class T>
-    requires TravelsByMemory<T> WireWriter& put(T value) {
-        append(&value, sizeof value);
-        return *this;
-    }
+    requires TravelsByMemory<T>
+    void put(T value) { append(&value, sizeof value); }
     template <class T>
-    requires TravelsByFields<T, WireWriter> WireWriter& put(const T& value) {
+    requires TravelsByFields<T, WireWriter>
+    void put(const T& value) {
         fields(*this, const_cast<T&>(value)); // one function for both ways; writing only reads
-        return *this;
     }
-    WireWriter& put(const std::string& text) {
+    void put(const std::string& text) {
         put(text.size());
         append(text.data(), text.size());
-        return *this;
     }
     template <class T>
-    WireWriter& put(const std::vector<T>& values) {
+    void put(const std::vector<T>& values) {
         put(values.size());
         if constexpr (TravelsByMemory<T> && !std::is_same_v<T, bool>)
             append(values.data(), values.size() * sizeof(T));
         else
             for (const auto& value : values)
                 put(static_cast<const T&>(value));
-        return *this;
     }
     template <class T, std::size_t N>
-    WireWriter& put(const std::array<T, N>& values) {
+    void put(const std::array<T, N>& values) {
         for (const T& value : values)
             put(value);
-        return *this;
     }
     template <class T>
-    WireWriter& put(const std::optional<T>& value) {
+    void put(const std::optional<T>& value) {
         put(value.has_value());
         if (value)
             put(*value);
-        return *this;
     }
     template <class First, class Second>
-    WireWriter& put(const std::pair<First, Second>& both) {
-        return put(both.first).put(both.second);
+    void put(const std::pair<First, Second>& both) {
+        (*this)(both.first, both.second);
     }
     template <class Key, class Value>
-    WireWriter& put(const std::map<Key, Value>& entries) {
+    void put(const std::map<Key, Value>& entries) {
         put(entries.size());
         for (const auto& [key, value] : entries)
-            put(key).put(value);
-        return *this;
+            (*this)(key, value);
     }
 
     [[nodiscard]] Bytes take() { return std::move(bytes_); }
@@ -212,7 +205,9 @@ class WireReader {
 
 template <class T>
 [[nodiscard]] Bytes encoded(const T& value) {
-    return WireWriter().put(value).take();
+    WireWriter out;
+    out(value);
+    return out.take();
 }
 
 /// Throws WireError unless the bytes are one T, whole.

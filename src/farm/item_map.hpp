@@ -1,14 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// farm::map: a function applied to independent items, one by one, over the ranks of a communicator.
-//
-//     const auto fits = farm::map(communicator, costs, [&](std::size_t item, const auto& heartbeat)
-//     {
-//         return fit_of(stems[item], heartbeat);
-//     });
-//
-// gives every rank the outcome of every item, in the order of the items: its value, of any type
-// that travels (core/wire.hpp), or why there is none. Code without knowledge of ranks takes a
-// core::ItemMap (core/item_map.hpp), which over_ranks makes.
+// core::ItemMap (core/item_map.hpp) over the ranks of a communicator: every rank gets the outcome
+// of every item, in the order of the items.
 #pragma once
 
 #include "core/item_map.hpp"
@@ -48,12 +40,5 @@ struct ItemOptions {
 /// core::StorageError on any rank stops all items and is thrown on every rank. `communicator` must
 /// outlive the map. Collective.
 [[nodiscard]] core::ItemMap over_ranks(const Communicator* communicator, ItemOptions options = {});
-
-/// Outcomes of function(item, heartbeat) for every item (core::ItemMap::outcomes). Collective.
-template <class Function>
-[[nodiscard]] auto map(const Communicator* communicator, const std::vector<double>& costs,
-                       const Function& function, ItemOptions options = {}) {
-    return over_ranks(communicator, std::move(options)).outcomes(costs, function);
-}
 
 } // namespace culm::farm

@@ -40,6 +40,12 @@ std::vector<double> uneven_costs(std::size_t count) {
     return costs;
 }
 
+template <class Function>
+auto map(const Communicator* communicator, const std::vector<double>& costs,
+         const Function& function, ItemOptions options = {}) {
+    return over_ranks(communicator, std::move(options)).outcomes(costs, function);
+}
+
 class FarmItems : public FarmTest {};
 
 TEST_F(FarmItems, ReturnInTheirOrderOnEveryRankBitForBit) {
