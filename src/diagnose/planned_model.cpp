@@ -139,8 +139,7 @@ start_at_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording> 
                   const std::vector<CandidateView>& views, const LinearEvidence& linear,
                   const std::vector<std::size_t>& chosen, const PredictedGain& gain) {
     fit::StartModels models = fit::start_from(base);
-    const fit::JointLayout layout =
-        fit::joint_layout(models, recordings, fit::belongs_to_recording);
+    const fit::JointLayout layout = fit::joint_layout(models, recordings);
     models = moved(std::move(models), layout, linear.own_change(chosen, gain));
     for (std::size_t e = 0; e < chosen.size(); ++e) {
         const CandidateView& view = views[chosen[e]];

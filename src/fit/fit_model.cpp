@@ -142,7 +142,7 @@ class BestFit {
     /// Places, angles and time scales: their derivatives almost vanish while an effect is small, so
     /// a first step would move them far away.
     [[nodiscard]] std::vector<bool> places(const StartModels& start) const {
-        const JointLayout layout = joint_layout(start, recordings_, belongs_to_recording);
+        const JointLayout layout = joint_layout(start, recordings_);
         std::vector<bool> held;
         for (const JointLayout::Owner& owner : layout.owners) {
             const std::vector<FreeParameter>& parameters = start[owner.model].parameters;
@@ -157,7 +157,6 @@ class BestFit {
         joint.chain.window = options_.window;
         joint.chain.is_first_guess = is_first_guess;
         joint.chain.heartbeat = options_.heartbeat;
-        joint.belongs_to_recording = belongs_to_recording;
         joint.noise = noise_;
         return joint;
     }
@@ -285,8 +284,7 @@ class FitPlan {
     /// Fits all recordings together, from each one's own fit of the same model.
     [[nodiscard]] Fit fit_from_alone(std::span<const RecordingFit> alone) const {
         BestFit best(recordings_, options_, noises(alone));
-        best.try_starts(shared_starts(models_, alone, swings_,
-                                      joint_layout(models_, recordings_, belongs_to_recording)),
+        best.try_starts(shared_starts(models_, alone, swings_, joint_layout(models_, recordings_)),
                         false);
         return best.take();
     }

@@ -47,7 +47,7 @@ std::vector<StemModel> models_of(const Fit& numbers, std::span<const ObservedRec
     std::vector<StemModel> models;
     for (const ObservedRecording& recording : recordings)
         models.push_back(observed_model(numbers.effects, recording, options.chain));
-    const JointLayout layout = joint_layout(models, recordings, belongs_to_recording);
+    const JointLayout layout = joint_layout(models, recordings);
     for (std::size_t m = 0; m < models.size(); ++m)
         for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
             const auto [place, factor] = layout.shares[m][k];
@@ -66,7 +66,7 @@ Fit restored(const Fit& numbers, std::span<const ObservedRecording> recordings,
     Fit out = numbers;
     out.runs = static_cast<int>(recordings.size());
     const std::vector<StemModel> models = models_of(numbers, recordings, options);
-    const JointLayout layout = joint_layout(models, recordings, belongs_to_recording);
+    const JointLayout layout = joint_layout(models, recordings);
     SolveOptions at_once;
     at_once.window = options.window;
     at_once.heartbeat = options.heartbeat;

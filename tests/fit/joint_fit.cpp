@@ -14,10 +14,6 @@ namespace {
 
 using namespace culm;
 
-bool is_of_the_release(const physics::ParameterId& id) {
-    return id == physics::tip_deflection || id == physics::release_time;
-}
-
 measure::Measurement with_id(measure::Measurement measurement, const std::string& id) {
     measurement.stem.id = id;
     return measurement;
@@ -30,11 +26,10 @@ std::array<measure::Measurement, 2> two_releases() {
 }
 
 fit::Fit fit_together(std::span<const measure::Measurement> measurements,
-                      fit::JointOptions options = {}) {
+                      const fit::JointOptions& options = {}) {
     std::vector<fit::StemModel> models;
     for (const measure::Measurement& measurement : measurements)
         models.push_back(fit::baseline_model(measurement));
-    options.belongs_to_recording = is_of_the_release;
     return fit::fit_jointly(models, fit::observed(measurements), options);
 }
 

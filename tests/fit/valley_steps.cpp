@@ -28,7 +28,7 @@ class WithTipMass {
                                                         tests::true_model(measurement_, {}),
                                                         physics::parse_effect("tip_mass", {}),
                                                         measurement_)},
-          layout_(fit::joint_layout(models_, {&measurement_, 1}, {})) {
+          layout_(fit::joint_layout(models_, {&measurement_, 1})) {
         models_.front().spec.effects.front().values = {1e-6};
         std::vector<fit::ReadingResiduals> parts;
         parts.emplace_back(models_.front(), measurement_,

@@ -13,7 +13,7 @@ inline fit::RecordingFit fit_chain(const fit::StemModel& model,
                                    const measure::Measurement& measurement,
                                    const fit::SolveOptions& options = {}) {
     const fit::ObservedRecording recording(measurement);
-    return fit::fit_jointly({&model, 1}, {&recording, 1}, {options, {}, {}, {}}).parts.front();
+    return fit::fit_jointly({&model, 1}, {&recording, 1}, {options, {}, {}}).parts.front();
 }
 
 /// The published chain.

@@ -228,8 +228,7 @@ ModelEvidence evidence_of(const fit::Fit& fit, std::span<const fit::ObservedReco
         return out;
     out.absent_effects = absent_effects(fit, known);
     const fit::StartModels models = fit::start_from(fit);
-    const fit::JointLayout layout =
-        fit::joint_layout(models, recordings, fit::belongs_to_recording);
+    const fit::JointLayout layout = fit::joint_layout(models, recordings);
     std::vector<Eigen::Index> others;
     const Eigen::MatrixXd own = add_priors(stacked, layout, models, known, others, out);
     out.numbers = static_cast<std::size_t>(own.cols());

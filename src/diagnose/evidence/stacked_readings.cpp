@@ -21,8 +21,7 @@ constexpr double least_independence = 1e-6;
 /// The readings of `models`, each with its prediction(m), and the constraints of the error terms.
 StackedReadings stack(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
                       std::span<const fit::StemModel> models, const auto& prediction_of) {
-    const fit::JointLayout layout =
-        fit::joint_layout(models, recordings, fit::belongs_to_recording);
+    const fit::JointLayout layout = fit::joint_layout(models, recordings);
     const auto is_error = [&](const fit::JointLayout::Owner& owner) {
         return models[owner.model].is_error(owner.parameter);
     };

@@ -54,8 +54,7 @@ SharedReadings shared_readings(const fit::Fit& fit,
     SharedReadings out;
     out.stacked = effects.empty() ? stacked_readings(fit, recordings)
                                   : stacked_readings(models, recordings, fit, heartbeat);
-    const fit::JointLayout layout =
-        fit::joint_layout(models, recordings, fit::belongs_to_recording);
+    const fit::JointLayout layout = fit::joint_layout(models, recordings);
     StackedReadings& stacked = out.stacked;
     out.columns.resize(stacked.residual.size(), stacked.jacobian.cols());
     Eigen::Index constraint = stacked.readings();

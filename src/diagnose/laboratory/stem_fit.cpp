@@ -164,14 +164,11 @@ StemFit fit_stem(const ObservedStem& stem, const StemEffects& effects, const fit
     try {
         fit::StartModels models = start_models(stem, all, from, options);
         if (change.size() > 0)
-            models = moved(std::move(models),
-                           fit::joint_layout(models, stem.recordings, fit::belongs_to_recording),
-                           change);
+            models = moved(std::move(models), fit::joint_layout(models, stem.recordings), change);
         fit::JointOptions joint;
         joint.chain.window = options.window;
         joint.chain.is_first_guess = false;
         joint.chain.heartbeat = options.heartbeat;
-        joint.belongs_to_recording = fit::belongs_to_recording;
         joint.noise = stem.noise;
         fit = fit::fit_jointly(models, stem.recordings, joint);
         if (fit.failed())

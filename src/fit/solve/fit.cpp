@@ -2,7 +2,6 @@
 #include "fit/solve/fit.hpp"
 
 #include "core/error.hpp"
-#include "physics/effects/library.hpp"
 #include "reduce/distributions.hpp"
 #include "run/modes.hpp"
 
@@ -32,7 +31,7 @@ const FittedParameter* RecordingFit::find(const physics::ParameterId& id) const 
 
 RecordingFit fit_chain_with_held(const StemModel& model, const ObservedRecording& measurement,
                                  const std::vector<bool>& is_held, const SolveOptions& options) {
-    JointOptions held{options, {}, is_held, {}};
+    JointOptions held{options, is_held, {}};
     held.chain.is_first_guess = false;
     return std::move(fit_jointly({&model, 1}, {&measurement, 1}, held).parts.front());
 }
@@ -183,7 +182,7 @@ RecordingFit part_of(JointSolution& solution, std::size_t m, ReadingNoise noise,
 
 Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecording> measurements,
                 const JointOptions& options) {
-    const JointLayout layout = joint_layout(models, measurements, options.belongs_to_recording);
+    const JointLayout layout = joint_layout(models, measurements);
     const std::vector<StemModel> starts =
         reconciled(std::vector(models.begin(), models.end()), layout);
     std::vector<ReadingNoise> noises = noises_of(measurements, options);
@@ -224,12 +223,6 @@ FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat) {
     if (heartbeat)
         options.heartbeat = heartbeat;
     return options;
-}
-
-bool belongs_to_recording(const physics::ParameterId& parameter) {
-    return parameter.in_one_model() == physics::tip_deflection ||
-           parameter.in_one_model() == physics::release_time ||
-           physics::belongs_to(parameter.effect) == physics::BelongsTo::Recording;
 }
 
 } // namespace culm::fit

@@ -91,9 +91,8 @@ struct RecordingFit {
 [[nodiscard]] StemModel started_from(StemModel model, const RecordingFit& fit);
 
 struct JointOptions {
-    SolveOptions chain;                      ///< windows count from each recording's own release
-    BelongsToRecording belongs_to_recording; ///< empty: everything is shared
-    std::vector<bool> is_held;               ///< (joint parameters); empty: none
+    SolveOptions chain;        ///< windows count from each recording's own release
+    std::vector<bool> is_held; ///< (joint parameters); empty: none
     /// (recordings)(rows), m: divides the residuals of recordings whose noise is not known; empty:
     /// the same value for all.
     std::vector<std::vector<double>> noise;
@@ -188,10 +187,6 @@ void add_input_uncertainty(std::span<const ObservedRecording> recordings, double
 /// without them, or `stated` itself if the step takes a term beyond `contradiction`.
 [[nodiscard]] StemModel linear_start(const RecordingFit& stated,
                                      const ObservedRecording& recording);
-
-/// Has the parameter a value for each recording: tip deflection, release time, and those of effects
-/// that belong to a recording?
-[[nodiscard]] bool belongs_to_recording(const physics::ParameterId& parameter);
 
 /// Fits all recordings by least squares, with Levenberg and Marquardt's method with bounds (Ceres)
 /// and the sensitivities of run::simulate_with_sensitivities. Each recording has its own model

@@ -336,7 +336,7 @@ StemModel linear_start(const RecordingFit& stated, const ObservedRecording& reco
 }
 
 void add_input_uncertainty(std::span<const ObservedRecording> recordings, double misfit, Fit& fit) {
-    const JointLayout layout = joint_layout(start_from(fit), recordings, belongs_to_recording);
+    const JointLayout layout = joint_layout(start_from(fit), recordings);
     InverseInformation known = inverse_information(joint_information(layout, fit));
     const Eigen::MatrixXd inverse = known.inverse;
     known.inverse *= std::max(1.0, misfit);

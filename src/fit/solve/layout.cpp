@@ -2,6 +2,7 @@
 #include "fit/solve/layout.hpp"
 
 #include "core/error.hpp"
+#include "physics/effects/library.hpp"
 
 #include <algorithm>
 #include <map>
@@ -83,16 +84,20 @@ void reconcile(const std::vector<Shared>& all) {
 
 } // namespace
 
+bool belongs_to_recording(const physics::ParameterId& parameter) {
+    return parameter.in_one_model() == physics::tip_deflection ||
+           parameter.in_one_model() == physics::release_time ||
+           physics::belongs_to(parameter.effect) == physics::BelongsTo::Recording;
+}
+
 JointLayout joint_layout(std::span<const StemModel> models,
-                         std::span<const ObservedRecording> measurements,
-                         const BelongsToRecording& belongs_to_recording) {
+                         std::span<const ObservedRecording> measurements) {
     const std::vector<std::string> names = unique_ids(measurements);
     JointLayout layout;
     for (std::size_t m = 0; m < models.size(); ++m) {
         std::vector<JointLayout::Share>& shares = layout.shares.emplace_back();
         for (const physics::ParameterId& id : models[m].free_ids()) {
-            const bool has_own =
-                models.size() > 1 && belongs_to_recording && belongs_to_recording(id);
+            const bool has_own = models.size() > 1 && belongs_to_recording(id);
             const physics::ParameterId joint = has_own ? id.of_recording(names[m]) : id;
             const auto found = std::ranges::find(layout.ids, joint);
             const auto place = static_cast<std::size_t>(found - layout.ids.begin());

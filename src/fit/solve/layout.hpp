@@ -6,7 +6,6 @@
 #include "fit/model/stem_model.hpp"
 
 #include <cstddef>
-#include <functional>
 #include <span>
 #include <vector>
 
@@ -14,8 +13,9 @@
 
 namespace culm::fit {
 
-/// Has the parameter a value for each recording?
-using BelongsToRecording = std::function<bool(const physics::ParameterId&)>;
+/// Has the parameter a value for each recording: tip deflection, release time, and those of effects
+/// that belong to a recording?
+[[nodiscard]] bool belongs_to_recording(const physics::ParameterId& parameter);
 
 /// The free parameters of several models in one list: those of the first model, then the additional
 /// ones of the others.
@@ -41,8 +41,7 @@ struct JointLayout {
 /// times a factor (1 for equal chains). Recordings of the same id get the suffix ":2", …. A single
 /// recording keeps its names.
 [[nodiscard]] JointLayout joint_layout(std::span<const StemModel> models,
-                                       std::span<const ObservedRecording> measurements,
-                                       const BelongsToRecording& belongs_to_recording);
+                                       std::span<const ObservedRecording> measurements);
 
 /// The models with every shared parameter at its first owner's value and within the bounds of all
 /// models. Throws core::NumericalError (FitFailed) if no value is within all bounds.
