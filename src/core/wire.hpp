@@ -102,11 +102,8 @@ class WireWriter {
 
   private:
     void append(const void* data, std::size_t size) {
-        if (size == 0)
-            return;
-        const std::size_t old_size = bytes_.size();
-        bytes_.resize(old_size + size);
-        std::memcpy(bytes_.data() + old_size, data, size);
+        const auto* first = static_cast<const std::byte*>(data);
+        bytes_.insert(bytes_.end(), first, first + size);
     }
 
     Bytes bytes_;
