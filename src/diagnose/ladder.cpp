@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/ladder.hpp"
 
-#include "diagnose/adequacy.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
 #include "fit/fit_numbers.hpp"
+#include "residuals/ring_downs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -90,6 +90,33 @@ void judge_models(Ladder& ladder, const Policy& policy) {
 
 } // namespace
 
+Comparison compare(const fit::Fit& stated, const fit::Fit& judged,
+                   const measure::Measurement& measurement, const Policy& policy) {
+    constexpr std::size_t parts = 3;
+    const fit::RecordingFit& fit = stated.parts.front();
+    const fit::RecordingFit& tested = judged.parts.front();
+    Comparison result;
+    result.moves = stated.moves();
+    result.id = measurement.stem.id;
+    result.swing = residuals::swing_of(fit, measurement);
+    result.verdict = verdict_on(tested, residuals::swing_of(tested, measurement), policy);
+    result.unit = measure::reading_unit(measurement.sensors);
+    result.rmse = fit.rmse;
+    result.noise = typical_noise(fit);
+    result.over_noise = over_noise(fit);
+    result.by_height = residuals_by_height(fit);
+    result.by_time = residuals_by_time(fit, parts);
+    result.spectrum = residual_spectrum(fit);
+    result.windows = residuals::swing_windows(result.swing);
+    result.by_amplitude =
+        residuals_by_amplitude(fit, residuals::envelope(result.swing, result.windows), parts);
+    result.structure = residuals::residual_structure(fit, result.swing);
+    residuals::RingDownsOfBoth ring_downs = residuals::ring_downs_of_both(fit, measurement);
+    result.measured_ring_downs = std::move(ring_downs.measured);
+    result.modelled_ring_downs = std::move(ring_downs.modelled);
+    return result;
+}
+
 Ladder climb(const measure::Measurement& measurement,
              const std::vector<fit::SelectedEffects>& effect_sets, const fit::FitOptions& options,
              const Policy& policy) {
@@ -100,11 +127,8 @@ Ladder climb(const measure::Measurement& measurement,
         LadderModel& added = ladder.models.emplace_back();
         added.stated = std::move(model.stated);
         added.fit = std::move(model.judged);
-        std::optional<std::size_t>& comparison = ladder.comparison.emplace_back();
-        if (added.fit.failed())
-            continue;
-        comparison = ladder.comparisons.size();
-        ladder.comparisons.push_back(compare(added.stated, added.fit, measurement, policy));
+        if (!added.fit.failed())
+            added.comparison = compare(added.stated, added.fit, measurement, policy);
     }
     add_log_evidence(ladder, fits.recordings);
     judge_models(ladder, policy);

@@ -2,7 +2,13 @@
 // Models of growing size fitted to one measurement, and whether each step is a gain.
 #pragma once
 
-#include "diagnose/comparison.hpp"
+#include "diagnose/adequacy.hpp"
+#include "fit/fit_model.hpp"
+#include "fit/solve/residual_statistics.hpp"
+#include "fit/start/residual_spectrum.hpp"
+#include "reduce/ring_down/stem_ring_downs.hpp"
+#include "residuals/residual_structure.hpp"
+#include "residuals/swing.hpp"
 
 #include <optional>
 #include <string>
@@ -10,26 +16,50 @@
 
 namespace culm::diagnose {
 
+/// Where, when and how a fitted model fails on its measurement.
+struct Comparison {
+    std::string id;            ///< of the measurement
+    measure::ReadingUnit unit; ///< of its readings as text
+    bool moves = true;         ///< false: nothing in the model moves the stem
+    Verdict verdict;           ///< of the judged fit; everything else is of the stated one
+    double rmse = 0.0;         ///< m
+    double noise = 0.0;        ///< m; the residuals' own where it is not known
+    double over_noise = 0.0;   ///< root mean square of residual over noise
+    std::vector<fit::ResidualGroup> by_height;
+    std::vector<fit::ResidualGroup> by_time;      ///< thirds
+    std::vector<fit::ResidualGroup> by_amplitude; ///< thirds, the largest first; empty if unknown
+    fit::ResidualSpectrum spectrum;
+    residuals::Swing swing;
+    std::vector<residuals::SwingWindow> windows;
+    residuals::ResidualStructure structure;
+    reduce::StemRingDowns measured_ring_downs; ///< Eq. 1 at every height: b1 along the stem
+    reduce::StemRingDowns modelled_ring_downs; ///< of the model at the same times and heights
+};
+
+/// Both fits are of one model to this one measurement. `stated` has every input as stated and gives
+/// the residuals; `judged` has the error terms of the readings and is tested for lack of fit.
+[[nodiscard]] Comparison compare(const fit::Fit& stated, const fit::Fit& judged,
+                                 const measure::Measurement& measurement,
+                                 const Policy& policy = {});
+
 /// One model in the ladder. Changes and the gain are relative to the model below it with the
 /// largest log evidence.
 struct LadderModel {
     fit::Fit stated; ///< with every input as stated: its numbers and residuals are shown
     fit::Fit fit;    ///< with the error terms of the readings: it is tested and compared
-    std::size_t compared_with = 0;  ///< index of that model in the ladder
-    std::vector<std::string> added; ///< effects that it does not have
-    double log_evidence = 0.0;      ///< over that of the baseline
-    double log_evidence_gain = 0.0; ///< against `compared_with`
-    double modulus_change = 0.0;    ///< of Y, relative
-    double damping_change = 0.0;    ///< of β, relative
+    std::optional<Comparison> comparison; ///< empty: the fit failed
+    std::size_t compared_with = 0;        ///< index of that model in the ladder
+    std::vector<std::string> added;       ///< effects that it does not have
+    double log_evidence = 0.0;            ///< over that of the baseline
+    double log_evidence_gain = 0.0;       ///< against `compared_with`
+    double modulus_change = 0.0;          ///< of Y, relative
+    double damping_change = 0.0;          ///< of β, relative
     bool is_gain = false;
     std::string why; ///< one sentence: why it is a gain, or why not
 };
 
 struct Ladder {
     std::vector<LadderModel> models; ///< the baseline first
-    std::vector<Comparison>
-        comparisons; ///< of every model that has a fit, in order; by `comparison`
-    std::vector<std::optional<std::size_t>> comparison; ///< (models): index in `comparisons`
 };
 
 /// Throws core::InputError if the readings are consistent with noise alone.

@@ -177,8 +177,7 @@ json ladder_model_json(const diagnose::Ladder& ladder, std::size_t k) {
         out["failure"] = model.fit.reason;
         return out;
     }
-    out.update(compared_fit_json(model.stated.parts.front(), model.fit,
-                                 ladder.comparisons[*ladder.comparison[k]]));
+    out.update(compared_fit_json(model.stated.parts.front(), model.fit, *model.comparison));
     out["moves"] = model.fit.moves();
     out["log_evidence"] = number(model.log_evidence);
     if (k > 0) {

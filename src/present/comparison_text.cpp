@@ -217,7 +217,7 @@ std::string what_it_is(const Comparison& comparison) {
 }
 
 const diagnose::Comparison& comparison_of(const diagnose::Ladder& ladder, std::size_t model) {
-    return ladder.comparisons[*ladder.comparison[model]];
+    return *ladder.models[model].comparison;
 }
 
 /// The uppermost model that could be fitted; null if none could.
@@ -270,11 +270,10 @@ std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size
 
 std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style) {
     constexpr std::size_t width = 22;
-    const auto first =
-        std::ranges::find_if(ladder.comparison, &std::optional<std::size_t>::has_value);
-    const std::string_view unit = first == ladder.comparison.end()
-                                      ? measure::ReadingUnit{}.name
-                                      : ladder.comparisons[**first].unit.name;
+    const auto first = std::ranges::find_if(
+        ladder.models, [](const auto& model) { return model.comparison.has_value(); });
+    const std::string_view unit =
+        first == ladder.models.end() ? measure::ReadingUnit{}.name : first->comparison->unit.name;
     std::string text = fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13}  {}\n", "model", width,
                                    fmt::format("rms {}", unit), "/noise", "red. chi2*",
                                    "log evidence*", "verdict*");

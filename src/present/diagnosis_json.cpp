@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/comparison.hpp"
 #include "diagnose/policy.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "present/comparison.hpp"

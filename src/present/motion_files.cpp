@@ -146,7 +146,7 @@ void write_comparison_arrays(const std::filesystem::path& file, const diagnose::
             add_measured(arrays, "", fit.parts.front(), measurement);
         const std::string group = fmt::format("model_{}", k);
         groups.push_back({group, {{"model", model_name(fit.names)}}});
-        add_model(arrays, group, fit.parts.front(), ladder.comparisons[*ladder.comparison[k]]);
+        add_model(arrays, group, fit.parts.front(), *ladder.models[k].comparison);
     }
     archive::write_array_file(file, groups, arrays);
 }

@@ -108,10 +108,10 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(ThreeCommandsTables, ShowASoftClampWithEveryInputAsStated) {
     const diagnose::Ladder ladder =
         compared({"hidden-effect/T3-clamp_compliance", "clamp_compliance"});
-    EXPECT_GT(ladder.comparisons[0].over_noise, 3.5);
-    EXPECT_LT(ladder.comparisons[1].over_noise, 1.05);
-    EXPECT_EQ(ladder.comparisons[0].verdict.finding, diagnose::Finding::Inadequate);
-    EXPECT_EQ(ladder.comparisons[1].verdict.finding, diagnose::Finding::Adequate);
+    EXPECT_GT(ladder.models[0].comparison->over_noise, 3.5);
+    EXPECT_LT(ladder.models[1].comparison->over_noise, 1.05);
+    EXPECT_EQ(ladder.models[0].comparison->verdict.finding, diagnose::Finding::Inadequate);
+    EXPECT_EQ(ladder.models[1].comparison->verdict.finding, diagnose::Finding::Adequate);
     const auto has_contradiction = [](const fit::Fit& fit) {
         return std::ranges::any_of(fit.parameters, [](const fit::FittedParameter& parameter) {
             return parameter.is_error && std::abs(parameter.value) > fit::contradiction;

@@ -47,11 +47,11 @@ TEST(Ladder, EndsAtTheNoiseWithTheTrueCoefficientForARecordWithDrag) {
         ladder.models[1].fit.parts.front().find(id("quadratic_drag.drag_coefficient"));
     ASSERT_NE(drag, nullptr);
     EXPECT_NEAR(drag->value, 1.3, 0.05); // the truth; issue 5 asks for 15 %
-    EXPECT_EQ(ladder.comparisons[0].verdict.finding, diagnose::Finding::Inadequate);
-    EXPECT_EQ(ladder.comparisons[1].verdict.finding, diagnose::Finding::Adequate)
-        << ladder.comparisons[1].verdict.reason;
+    EXPECT_EQ(ladder.models[0].comparison->verdict.finding, diagnose::Finding::Inadequate);
+    EXPECT_EQ(ladder.models[1].comparison->verdict.finding, diagnose::Finding::Adequate)
+        << ladder.models[1].comparison->verdict.reason;
     // Without drag the model's decay cannot follow the amplitude.
-    EXPECT_GT(ladder.comparisons[0].structure.amplitude_share, 0.7);
+    EXPECT_GT(ladder.models[0].comparison->structure.amplitude_share, 0.7);
 }
 
 TEST(Ladder, CallsAYieldingClampAGainButNotDrag) {
@@ -72,8 +72,8 @@ TEST(Ladder, CallsAYieldingClampAGainButNotDrag) {
 TEST(Ladder, HasNoGainForAPlainRecord) {
     const diagnose::Ladder ladder =
         diagnose::climb(record("T1-null"), models({"quadratic_drag"}), quick());
-    EXPECT_EQ(ladder.comparisons[0].verdict.finding, diagnose::Finding::Adequate)
-        << ladder.comparisons[0].verdict.reason;
+    EXPECT_EQ(ladder.models[0].comparison->verdict.finding, diagnose::Finding::Adequate)
+        << ladder.models[0].comparison->verdict.reason;
     EXPECT_FALSE(ladder.models[1].is_gain);
 }
 
@@ -111,8 +111,8 @@ TEST(Ladder, UsesTheStatedNoiseWhereTheChainFailsClearly) {
     for (const diagnose::LadderModel& model : ladder.models)
         EXPECT_EQ(model.fit.parts.front().noise_source, "stated");
     EXPECT_TRUE(ladder.models[1].is_gain) << ladder.models[1].why;
-    EXPECT_EQ(ladder.comparisons[1].verdict.finding, diagnose::Finding::Adequate)
-        << ladder.comparisons[1].verdict.reason;
+    EXPECT_EQ(ladder.models[1].comparison->verdict.finding, diagnose::Finding::Adequate)
+        << ladder.models[1].comparison->verdict.reason;
 }
 
 // A fit of the pair from the baseline ends without drag and with an almost rigid clamp, at 5.84

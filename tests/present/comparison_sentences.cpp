@@ -97,8 +97,7 @@ void add_model(diagnose::Ladder& ladder, const std::vector<std::string>& names,
     diagnose::LadderModel model;
     model.fit.status = fit::FitStatus::Fitted;
     model.fit.names = names;
-    ladder.comparison.emplace_back(ladder.comparisons.size());
-    ladder.comparisons.emplace_back().verdict.finding = finding;
+    model.comparison.emplace().verdict.finding = finding;
     ladder.models.push_back(std::move(model));
 }
 

@@ -74,8 +74,8 @@ std::string deflections_csv(const measure::Measurement& measurement,
 std::string next_command(const CompareArguments& arguments, const fs::path& folder,
                          const diagnose::Ladder& ladder) {
     const std::string place = as_words({folder.string()});
-    const std::optional<std::size_t> last = ladder.comparison.back();
-    if (!last || ladder.comparisons[*last].verdict.finding != diagnose::Finding::Adequate)
+    const std::optional<diagnose::Comparison>& last = ladder.models.back().comparison;
+    if (!last || last->verdict.finding != diagnose::Finding::Adequate)
         return "culm diagnose" + place + chain_words(arguments);
     std::vector<std::string> effects = arguments.with;
     if (!arguments.ladder.empty())
