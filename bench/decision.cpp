@@ -127,16 +127,14 @@ json sizes_of(const std::vector<beam::HiddenEffect>& hidden, const fit::Fit& fit
 }
 
 /// Every explanation with its probability at each T, and whether it is the truth.
-json explanations_of(const diagnose::SearchResult& search,
-                     const diagnose::DiagnosisOptions& options,
+json explanations_of(const diagnose::SearchResult& search, diagnose::DiagnosisOptions options,
                      const std::vector<HiddenTruth>& truth) {
     json all = json::array();
     for (const double temperature : temperatures) {
-        diagnose::Policy policy = options.policy;
-        policy.temperature = temperature;
+        options.policy.temperature = temperature;
         const diagnose::Posterior posterior = diagnose::posterior_of(
-            search, options, diagnose::has_structure(search.best_fit, search.recordings, policy),
-            policy);
+            search, options,
+            diagnose::has_structure(search.best_fit, search.recordings, options.policy));
         for (const diagnose::Explanation& each : posterior.explanations)
             if (each.probability > 1e-3)
                 all.push_back({{"temperature", temperature},
@@ -158,7 +156,7 @@ json diagnosed(const bench::DecisionCase& drawn, const std::vector<HiddenTruth>&
         diagnose::SearchResult search = diagnose::search_models(drawn.recordings, options);
         out["explanations"] = explanations_of(search, options, truth);
         out["fits"] = search.visited.size();
-        const diagnose::Diagnosis found = diagnose::decide(std::move(search), options);
+        const diagnose::Diagnosis found = diagnose::decide(search, options);
         answer = answered(found);
         out["reason"] = found.reason;
         out["baseline_over_noise"] = found.stated_baseline.rmse / *drawn.recordings.front().noise;

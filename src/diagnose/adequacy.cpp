@@ -6,6 +6,7 @@
 #include "reduce/population_statistics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -77,15 +78,8 @@ void adjust(Verdict& verdict, const Policy& policy) {
 } // namespace
 
 std::string_view to_string(Finding finding) {
-    switch (finding) {
-    case Finding::Adequate:
-        return "adequate";
-    case Finding::Inadequate:
-        return "inadequate";
-    case Finding::Undecided:
-        return "undecided";
-    }
-    return "undecided";
+    constexpr std::array names{"adequate", "inadequate", "undecided"};
+    return names[static_cast<std::size_t>(finding)];
 }
 
 Verdict verdict_on(const fit::RecordingFit& fit, const residuals::Swing& swing,

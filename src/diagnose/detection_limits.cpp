@@ -101,7 +101,7 @@ void compute(const SearchResult& search, const physics::SelectedEffect& effect,
 } // namespace
 
 std::vector<DetectionLimit> detection_limits(const SearchResult& search,
-                                             const SearchOptions& options) {
+                                             const DiagnosisOptions& options) {
     const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
         const fit::FitOptions own = with_heartbeat(options.candidate, heartbeat);
         DetectionLimit limit;

@@ -31,6 +31,6 @@ void fields(Wire& wire, DetectionLimit& limit) {
 /// is simulated in several sizes with the first mode kept by Y and β. The part that the model's own
 /// parameters can imitate is removed.
 [[nodiscard]] std::vector<DetectionLimit> detection_limits(const SearchResult& search,
-                                                           const SearchOptions& options);
+                                                           const DiagnosisOptions& options);
 
 } // namespace culm::diagnose

@@ -5,6 +5,7 @@
 #include "fit/fit_numbers.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -12,11 +13,6 @@
 
 namespace culm::diagnose {
 namespace {
-
-void report(const DiagnosisOptions& options, const std::string& next) {
-    if (options.progress)
-        options.progress(next);
-}
 
 std::vector<std::string> names_of(const fit::SelectedEffects& effects,
                                   const DiagnosisOptions& options) {
@@ -186,13 +182,18 @@ std::optional<std::pair<Rival, Rival>> pair_to_separate(const SearchResult& sear
     return std::pair(just_visible(own.fit, search.views[*worst], out.blind_spots[*worst]), own);
 }
 
-/// The verdict; takes the fits of the published chain from the search.
-Diagnosis verdict_of(SearchResult& search, const DiagnosisOptions& options) {
+} // namespace
+
+std::string_view to_string(Conclusion conclusion) {
+    constexpr std::array names{"adequate", "effect", "tie", "unknown"};
+    return names[static_cast<std::size_t>(conclusion)];
+}
+
+Diagnosis decide(SearchResult& search, const DiagnosisOptions& options) {
     Diagnosis out;
     out.policy = options.policy;
     out.posterior = posterior_of(search, options,
-                                 has_structure(search.best_fit, search.recordings, options.policy),
-                                 options.policy);
+                                 has_structure(search.best_fit, search.recordings, options.policy));
     out.runs = search.runs;
     add_alternatives(options.policy, out);
     climb_to(search, options, out.alternatives.front().model, out);
@@ -208,26 +209,6 @@ Diagnosis verdict_of(SearchResult& search, const DiagnosisOptions& options) {
     return out;
 }
 
-} // namespace
-
-std::string_view to_string(Conclusion conclusion) {
-    switch (conclusion) {
-    case Conclusion::Adequate:
-        return "adequate";
-    case Conclusion::Effect:
-        return "effect";
-    case Conclusion::Tie:
-        return "tie";
-    case Conclusion::Unknown:
-        return "unknown";
-    }
-    return "unknown";
-}
-
-Diagnosis decide(SearchResult search, const DiagnosisOptions& options) {
-    return verdict_of(search, options);
-}
-
 Diagnosis diagnose(std::span<const measure::Measurement> recordings, DiagnosisOptions options) {
     if (options.candidates.empty())
         options.candidates = fit::candidate_effects(recordings);
@@ -236,17 +217,17 @@ Diagnosis diagnose(std::span<const measure::Measurement> recordings, DiagnosisOp
                   [&](const auto& each) { return fit::contains(options.known, each); });
     for (const measure::Measurement& recording : recordings)
         refuse_without_motion(recording, options.candidate.window);
-    SearchResult search = search_models(recordings, options, options.policy);
-    Diagnosis out = verdict_of(search, options);
-    report(options, "computing the detection limits of the other effects");
+    SearchResult search = search_models(recordings, options);
+    Diagnosis out = decide(search, options);
+    options.report("computing the detection limits of the other effects");
     out.blind_spots = detection_limits(search, options);
     if (const std::optional<std::pair<Rival, Rival>> pair = pair_to_separate(search, out)) {
-        report(options, "computing which experiment distinguishes best");
+        options.report("computing which experiment distinguishes best");
         out.next_experiments =
             next_experiments(*pair, search.recordings, options.candidate, options.map);
     }
     if (out.conclusion == Conclusion::Unknown && out.ladder.back().finding == Finding::Inadequate) {
-        report(options, "reconstructing the missing force");
+        options.report("reconstructing the missing force");
         // A partial explanation may be the wrong effect, so the force replaces all effects.
         out.missing_force = reconstruct_missing_force(restored(search, 0, options), options.known,
                                                       search.recordings, options.candidate);

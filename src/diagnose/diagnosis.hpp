@@ -7,7 +7,6 @@
 #include "diagnose/detection_limits.hpp"
 #include "diagnose/experiment/next_experiment.hpp"
 #include "diagnose/missing_force/missing_force.hpp"
-#include "diagnose/policy.hpp"
 #include "diagnose/posterior.hpp"
 #include "fit/fit_model.hpp"
 
@@ -68,13 +67,9 @@ struct Diagnosis {
     int runs = 0;             ///< of the chain with all its derivatives, for the fits of models
 };
 
-struct DiagnosisOptions : SearchOptions {
-    Policy policy;
-};
-
 /// The verdict on the models of search_models(), without detection limits, next experiments and
-/// missing force.
-[[nodiscard]] Diagnosis decide(SearchResult search, const DiagnosisOptions& options);
+/// missing force. Takes the fits of the published chain from the search.
+[[nodiscard]] Diagnosis decide(SearchResult& search, const DiagnosisOptions& options);
 
 /// decide() on the models of search_models(), with detection limits, next experiments and, for
 /// Unknown, the missing force. Default candidates: candidate_effects(); those that fail are listed.

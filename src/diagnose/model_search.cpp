@@ -37,10 +37,9 @@ struct Prediction : UnvisitedModel {
 
 class Search {
   public:
-    Search(std::span<const measure::Measurement> recordings, const SearchOptions& options,
-           const Policy& policy)
-        : measured_(recordings), options_(options), policy_(policy) {
-        report("fitting the published chain");
+    Search(std::span<const measure::Measurement> recordings, const DiagnosisOptions& options)
+        : measured_(recordings), options_(options) {
+        options_.report("fitting the published chain");
         baseline_ = fit::fit_baseline(recordings, options.candidate);
         if (baseline_.fit.failed())
             throw core::NumericalError(core::FailureKind::FitFailed,
@@ -72,11 +71,6 @@ class Search {
     }
 
   private:
-    void report(const std::string& next) const {
-        if (options_.progress)
-            options_.progress(next);
-    }
-
     void visit_first() {
         visited_.clear();
         fit::Fit first = baseline_.fit;
@@ -156,7 +150,8 @@ class Search {
     void set_base(std::size_t place, fit::Fit fit) {
         base_ = place;
         base_fit_ = std::move(fit);
-        is_far_ = leaves_too_much(base_fit_, reference().fit, baseline_.recordings, policy_);
+        is_far_ =
+            leaves_too_much(base_fit_, reference().fit, baseline_.recordings, options_.policy);
         linear_.reset();
     }
 
@@ -221,14 +216,14 @@ class Search {
         if (is_far_) {
             const double noise =
                 best.fit.is_noise_known_anywhere() ? static_cast<double>(best.fit.readings) : 0.0;
-            return best.log_evidence +
-                   0.5 * policy_.immaterial_share * std::max(0.0, best.fit.chi_squared - noise);
+            return best.log_evidence + 0.5 * options_.policy.immaterial_share *
+                                           std::max(0.0, best.fit.chi_squared - noise);
         }
         if (!best.fit.effects.empty() && contains_all(effects, best.fit.effects))
-            return best.log_evidence - policy_.unvisited_margin;
+            return best.log_evidence - options_.policy.unvisited_margin;
         const double gain = std::max(0.0, best.log_evidence - reference().log_evidence);
         return best.log_evidence - (is_at_noise(best.fit) ? 0.0 : (1.0 - close_share) * gain) -
-               policy_.unvisited_margin * noise_scale_of(best.fit).mean_known();
+               options_.policy.unvisited_margin * noise_scale_of(best.fit).mean_known();
     }
 
     // --- Models with one effect less, a special law, or an effect absent from a recording
@@ -276,8 +271,8 @@ class Search {
             views_.push_back({candidate, {}});
             costs.push_back(fit::relative_cost(larger));
         }
-        report(fmt::format("computing the effects of {} candidates about {}", views_.size(),
-                           fmt::join(base_fit_.names, " + ")));
+        options_.report(fmt::format("computing the effects of {} candidates about {}",
+                                    views_.size(), fmt::join(base_fit_.names, " + ")));
         std::vector<std::optional<EffectColumns>> answers =
             options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
                 return effect_columns(base_fit_, stacked_, views_[item].effect,
@@ -295,7 +290,7 @@ class Search {
     /// about it are rough?
     [[nodiscard]] bool is_rough() const {
         const auto readings = static_cast<double>(std::max<std::size_t>(base_fit_.readings, 1));
-        return base_fit_.chi_squared > policy_.rough_misfit * readings;
+        return base_fit_.chi_squared > options_.policy.rough_misfit * readings;
     }
 
     void predict() {
@@ -355,8 +350,8 @@ class Search {
         for (const Prediction* each : likely) {
             const fit::SelectedEffects& next = first_to_fit(*each).effects;
             const bool is_close =
-                each->log_evidence - here >
-                close_share * (likely.front()->log_evidence - here) - policy_.unvisited_margin;
+                each->log_evidence - here > close_share * (likely.front()->log_evidence - here) -
+                                                options_.policy.unvisited_margin;
             if (planned.empty() || (is_close && key_of(planned.front().effects) != key_of(next)))
                 planned.push_back(plan_for(next));
         }
@@ -371,7 +366,8 @@ class Search {
             return false;
         const double before =
             visited_.front().fit.chi_squared - visited_[model.base].fit.chi_squared;
-        return std::ranges::max(model.falls) < std::pow(policy_.immaterial_share, 2) * before;
+        return std::ranges::max(model.falls) <
+               std::pow(options_.policy.immaterial_share, 2) * before;
     }
 
     /// The model itself, if a model with one effect less was fitted; else the likeliest of these. A
@@ -414,7 +410,7 @@ class Search {
                 "{}", fmt::join(fit::model_names(fit::in_library_order(model.effects)), " + ")));
             costs.push_back(fit::relative_cost(model.effects));
         }
-        report(fmt::format("fitting {}", fmt::join(names, "; ")));
+        options_.report(fmt::format("fitting {}", fmt::join(names, "; ")));
         std::vector<std::optional<FittedModel>> answers =
             options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
                 return fit_planned(planned[item], likeliest_within(planned[item].effects),
@@ -448,7 +444,7 @@ class Search {
             fit::baseline_beside_noise_of(base_fit_, baseline_, measured_, options_.candidate);
         if (!again || again->fit.failed())
             return false;
-        report("fitting the best model with the noise about it");
+        options_.report("fitting the best model with the noise about it");
         const fit::SelectedEffects effects = base_fit_.effects;
         visited_before_ = visited_;
         const double before = visited_.front().log_evidence;
@@ -469,8 +465,7 @@ class Search {
     }
 
     std::span<const measure::Measurement> measured_;
-    const SearchOptions& options_;
-    const Policy& policy_;
+    const DiagnosisOptions& options_;
     fit::BaselineFit baseline_;
     std::vector<VisitedModel> visited_;
     std::vector<VisitedModel> visited_before_; ///< with a previous noise
@@ -491,8 +486,8 @@ class Search {
 } // namespace
 
 SearchResult search_models(std::span<const measure::Measurement> recordings,
-                           const SearchOptions& options, const Policy& policy) {
-    return Search(recordings, options, policy).run();
+                           const DiagnosisOptions& options) {
+    return Search(recordings, options).run();
 }
 
 } // namespace culm::diagnose

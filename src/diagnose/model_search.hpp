@@ -17,13 +17,19 @@
 
 namespace culm::diagnose {
 
-struct SearchOptions {
+struct DiagnosisOptions {
     fit::FitOptions candidate;
     fit::SelectedEffects known;      ///< that certainly act; part of every model
     fit::SelectedEffects candidates; ///< in the library's order
     std::size_t most_effects = 3;
     core::ItemMap map;
     std::function<void(const std::string&)> progress; ///< receives the next step; may be empty
+    Policy policy;
+
+    void report(const std::string& next) const {
+        if (progress)
+            progress(next);
+    }
 };
 
 /// A model that was fitted.
@@ -65,6 +71,6 @@ struct SearchResult {
 /// core::NumericalError if the published chain cannot be fitted, run::Abandoned if the heartbeat
 /// says so.
 [[nodiscard]] SearchResult search_models(std::span<const measure::Measurement> recordings,
-                                         const SearchOptions& options, const Policy& policy = {});
+                                         const DiagnosisOptions& options);
 
 } // namespace culm::diagnose

@@ -25,8 +25,8 @@ struct Share {
 
 class Judgement {
   public:
-    Judgement(const SearchResult& search, const SearchOptions& options, const Policy& policy)
-        : search_(search), options_(options), policy_(policy) {
+    Judgement(const SearchResult& search, const DiagnosisOptions& options)
+        : search_(search), options_(options) {
         for (const fit::RecordingMisfit& misfit : search.best_fit.misfits)
             readings_ += static_cast<double>(misfit.readings);
     }
@@ -78,8 +78,8 @@ class Judgement {
         double before = 0.0; // mean square that the others explain
         for (std::size_t k = 0; k + 1 < shares.size(); ++k)
             before += std::max(0.0, shares[k].fall / readings_);
-        const double least =
-            std::max(policy_.immaterial_noise, policy_.immaterial_share * std::sqrt(before));
+        const double least = std::max(options_.policy.immaterial_noise,
+                                      options_.policy.immaterial_share * std::sqrt(before));
         return std::sqrt(std::max(0.0, shares.back().fall / readings_)) > least ||
                shares.back().moves_material;
     }
@@ -160,12 +160,11 @@ class Judgement {
     }
 
     const SearchResult& search_;
-    const SearchOptions& options_;
-    const Policy& policy_;
+    const DiagnosisOptions& options_;
     double readings_ = 0.0;
 };
 
-physics::EffectPointer effect_of(const SearchOptions& options, const std::string& name) {
+physics::EffectPointer effect_of(const DiagnosisOptions& options, const std::string& name) {
     for (const physics::SelectedEffect& candidate : options.candidates)
         if (candidate.effect->name() == name)
             return candidate.effect;
@@ -173,7 +172,7 @@ physics::EffectPointer effect_of(const SearchOptions& options, const std::string
 }
 
 /// The special cases of the effects that are general laws, as far as the fit determines them.
-Names resolved_in(Names names, const fit::Fit& fit, const SearchOptions& options) {
+Names resolved_in(Names names, const fit::Fit& fit, const DiagnosisOptions& options) {
     for (std::string& name : names)
         if (const physics::EffectPointer effect = effect_of(options, name))
             name = special_case_of(*effect, fit);
@@ -197,7 +196,7 @@ void add(Explanation found, const std::vector<VisitedModel>& visited,
 }
 
 /// Each effect with its family, in the order of families and names.
-std::vector<NamedFamily> named_families(const Names& names, const SearchOptions& options) {
+std::vector<NamedFamily> named_families(const Names& names, const DiagnosisOptions& options) {
     std::vector<NamedFamily> named;
     for (const std::string& name : names) {
         const physics::EffectPointer effect = effect_of(options, name);
@@ -210,11 +209,11 @@ std::vector<NamedFamily> named_families(const Names& names, const SearchOptions&
 }
 
 /// Names the members that hold the probability of a set of families.
-void name_members(const std::vector<Explanation>& explanations, const SearchOptions& options,
-                  const Policy& policy, FamilyExplanation& entry) {
+void name_members(const std::vector<Explanation>& explanations, const DiagnosisOptions& options,
+                  FamilyExplanation& entry) {
     double held = 0.0;
     for (const Explanation& explanation : explanations) {
-        if (held >= policy.held_probability * entry.probability)
+        if (held >= options.policy.held_probability * entry.probability)
             return;
         const std::vector<NamedFamily> named = named_families(explanation.effects, options);
         if (!std::ranges::equal(named, entry.families, {}, &NamedFamily::family,
@@ -230,8 +229,8 @@ void name_members(const std::vector<Explanation>& explanations, const SearchOpti
 }
 
 /// Adds the explanations, whose probabilities sum to `total`, and their sets of families.
-void add_explanations(std::map<Names, Explanation> sets, double total, const SearchOptions& options,
-                      const Policy& policy, Posterior& out) {
+void add_explanations(std::map<Names, Explanation> sets, double total,
+                      const DiagnosisOptions& options, Posterior& out) {
     std::map<std::vector<physics::Family>, FamilyExplanation> by_family;
     for (auto& [names, explanation] : sets) {
         explanation.probability /= total;
@@ -252,7 +251,7 @@ void add_explanations(std::map<Names, Explanation> sets, double total, const Sea
     }
     std::ranges::stable_sort(out.explanations, std::greater{}, &Explanation::probability);
     for (auto& [key, entry] : by_family) {
-        name_members(out.explanations, options, policy, entry);
+        name_members(out.explanations, options, entry);
         out.by_family.push_back(std::move(entry));
     }
     std::ranges::stable_sort(out.by_family, std::greater{}, &FamilyExplanation::probability);
@@ -260,16 +259,16 @@ void add_explanations(std::map<Names, Explanation> sets, double total, const Sea
 
 } // namespace
 
-Posterior posterior_of(const SearchResult& search, const SearchOptions& options,
-                       bool leaves_structure, const Policy& policy) {
-    const Judgement judgement(search, options, policy);
+Posterior posterior_of(const SearchResult& search, const DiagnosisOptions& options,
+                       bool leaves_structure) {
+    const Judgement judgement(search, options);
     const VisitedModel& best = search.visited[search.best];
     // Does the model explain as much as laws of this accuracy can, without more effects than the
     // best model?
     const auto is_rival = [&](const VisitedModel& model) {
         return leaves_structure && model.fit.effects.size() <= best.fit.effects.size() &&
                judgement.excess(model) <=
-                   policy.unexplained_share * judgement.excess(search.visited.front());
+                   options.policy.unexplained_share * judgement.excess(search.visited.front());
     };
     Posterior out;
     std::map<Names, Explanation> sets;
@@ -288,7 +287,7 @@ Posterior posterior_of(const SearchResult& search, const SearchOptions& options,
         if (!visited.evidence.absent_effects.empty())
             continue; // it is a smaller model
         model.probability =
-            is_rival(visited) ? 1.0 : std::exp(model.log_evidence / policy.temperature);
+            is_rival(visited) ? 1.0 : std::exp(model.log_evidence / options.policy.temperature);
         total += model.probability;
         const Names names = judgement.material(k);
         add({resolved_in(names, visited.fit, options), model.probability, k,
@@ -296,8 +295,9 @@ Posterior posterior_of(const SearchResult& search, const SearchOptions& options,
             search.visited, sets);
     }
     for (const UnvisitedModel& model : search.unvisited) {
-        const double probability = std::exp((model.log_evidence - best.log_evidence) /
-                                            (policy.temperature * search.noise.mean_known()));
+        const double probability =
+            std::exp((model.log_evidence - best.log_evidence) /
+                     (options.policy.temperature * search.noise.mean_known()));
         total += probability;
         add({resolved_in(judgement.material(model), search.visited[model.base].fit, options),
              probability, search.best, false},
@@ -305,7 +305,7 @@ Posterior posterior_of(const SearchResult& search, const SearchOptions& options,
     }
     for (ModelProbability& model : out.models)
         model.probability /= total;
-    add_explanations(std::move(sets), total, options, policy, out);
+    add_explanations(std::move(sets), total, options, out);
     (void)judgement.material(search.best, &out.immaterial);
     return out;
 }

@@ -56,7 +56,7 @@ struct Posterior {
 /// P(m) ∝ exp(log Z(m)/T) over all visited models and the predictions of the others: steps 6 to 8
 /// of docs/diagnosis.md. If `leaves_structure` (the best model's residual is more than noise), all
 /// models that leave at most Policy::unexplained_share of the misfit are equally probable.
-[[nodiscard]] Posterior posterior_of(const SearchResult& search, const SearchOptions& options,
-                                     bool leaves_structure, const Policy& policy = {});
+[[nodiscard]] Posterior posterior_of(const SearchResult& search, const DiagnosisOptions& options,
+                                     bool leaves_structure);
 
 } // namespace culm::diagnose

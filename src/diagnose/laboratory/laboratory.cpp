@@ -106,8 +106,8 @@ void add_distances(std::vector<StemAnswer>& stems, double StemNumbers::*number,
 class LaboratoryAnswer {
   public:
     LaboratoryAnswer(std::span<const Specimen> specimens, const DiagnosisOptions& options)
-        : specimens_(specimens), options_(options),
-          search_(search_laboratory(specimens, options, options.policy)) {}
+        : specimens_(specimens), options_(options), search_(search_laboratory(specimens, options)) {
+    }
 
     [[nodiscard]] Laboratory answer() {
         weigh_models();
@@ -320,8 +320,7 @@ class LaboratoryAnswer {
     // --- Stems
 
     void add_stems() {
-        if (options_.progress)
-            options_.progress("fitting all stems with every input as stated");
+        options_.report("fitting all stems with every input as stated");
         const Eigen::MatrixXd covariance = answered().shared.covariance();
         std::vector<double> costs(specimens_.size(), 1.0);
         std::vector<std::optional<StemAnswer>> answers =

@@ -51,7 +51,7 @@ std::string name_of(const EffectOwners& owners) {
     return names.empty() ? "the published chain" : fmt::format("{}", fmt::join(names, " + "));
 }
 
-LaboratoryStems::LaboratoryStems(std::span<const Specimen> all, const SearchOptions& chosen)
+LaboratoryStems::LaboratoryStems(std::span<const Specimen> all, const DiagnosisOptions& chosen)
     : specimens(all), options(chosen) {
     for (const physics::SelectedEffect& each : options.known)
         (each.effect->belongs_to() == physics::BelongsTo::Rig ? known_of_rig : known_of_stem)

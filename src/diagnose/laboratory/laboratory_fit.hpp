@@ -43,13 +43,13 @@ using EffectOwners = std::set<std::pair<std::string, std::string>>;
 /// The stems of a laboratory, and work on them that is distributed over ranks.
 struct LaboratoryStems {
     std::span<const Specimen> specimens;
-    const SearchOptions& options;
+    const DiagnosisOptions& options;
     fit::SelectedEffects known_of_rig; ///< of the options' known effects
     fit::SelectedEffects known_of_stem;
     std::vector<ObservedStem> stems{};
     std::vector<std::string> shared_terms{}; ///< names of error terms that several stems have
 
-    LaboratoryStems(std::span<const Specimen> all, const SearchOptions& chosen);
+    LaboratoryStems(std::span<const Specimen> all, const DiagnosisOptions& chosen);
 
     [[nodiscard]] std::set<std::string> rigs() const;
     /// Could its chain not be fitted?

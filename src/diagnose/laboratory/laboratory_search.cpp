@@ -44,9 +44,8 @@ std::vector<std::string> shared_terms_of(const std::vector<ObservedStem>& stems)
 
 class LaboratorySearch {
   public:
-    LaboratorySearch(std::span<const Specimen> specimens, const SearchOptions& options,
-                     const Policy& policy)
-        : stems_(specimens, options), options_(options), policy_(policy) {}
+    LaboratorySearch(std::span<const Specimen> specimens, const DiagnosisOptions& options)
+        : stems_(specimens, options), options_(options) {}
 
     [[nodiscard]] LaboratorySearchResult run() {
         fit_chains();
@@ -69,16 +68,13 @@ class LaboratorySearch {
     }
 
   private:
-    void report(const std::string& next) const {
-        if (options_.progress)
-            options_.progress(next);
-    }
     [[nodiscard]] const LaboratoryModel& base() const { return visited_[base_]; }
 
     // --- The published chain
 
     void fit_chains() {
-        report(fmt::format("fitting the published chain to {} stems", stems_.specimens.size()));
+        options_.report(
+            fmt::format("fitting the published chain to {} stems", stems_.specimens.size()));
         auto baselines = stems_.map([&](std::size_t s, const fit::FitOptions& options) {
             return baseline_of(stems_.specimens[s], options);
         });
@@ -130,8 +126,8 @@ class LaboratorySearch {
     void survey() {
         if (!surveys_.empty())
             return;
-        report(fmt::format("computing the effects of {} candidates about {}",
-                           options_.candidates.size(), name_of(base())));
+        options_.report(fmt::format("computing the effects of {} candidates about {}",
+                                    options_.candidates.size(), name_of(base())));
         auto found = stems_.map([&](std::size_t s, const fit::FitOptions& options) {
             return survey_of(stems_.stems[s], stems_.effects_of(base(), s), base().stems[s].fit,
                              !stems_.specimens[s].rig.empty(), options_.candidates, options);
@@ -175,7 +171,7 @@ class LaboratorySearch {
             chi_squared += stem.fit.chi_squared;
             readings += static_cast<double>(stem.fit.readings);
         }
-        return chi_squared > policy_.rough_misfit * readings;
+        return chi_squared > options_.policy.rough_misfit * readings;
     }
 
     void predict_sets(const RigPrediction& rig, std::size_t room, std::size_t from,
@@ -209,7 +205,7 @@ class LaboratorySearch {
         std::vector<std::size_t> stems;
         for (std::size_t s = 0; s < surveys_.size(); ++s)
             if (!surveys_[s].own_gains.empty()) {
-                gains.push_back(surveys_[s].own_gains[candidate] / policy_.temperature);
+                gains.push_back(surveys_[s].own_gains[candidate] / options_.policy.temperature);
                 stems.push_back(s);
             }
         const std::vector<double> presence = presence_of(gains);
@@ -218,7 +214,7 @@ class LaboratorySearch {
         for (std::size_t k = 0; k < stems.size(); ++k)
             if (presence[k] > present_from) {
                 added.stems.push_back(stems[k]);
-                added.gain += policy_.temperature * gains[k];
+                added.gain += options_.policy.temperature * gains[k];
             }
         if (added.stems.empty())
             return;
@@ -291,7 +287,7 @@ class LaboratorySearch {
                                                 : expected(*next) - base().log_evidence;
             if (!is_full && !(gain > 0.0) && estimate_noise_again())
                 continue;
-            if (is_full || !(gain > -policy_.unvisited_margin))
+            if (is_full || !(gain > -options_.policy.unvisited_margin))
                 return;
             fit_and_add(with(*next), {next->stems.begin(), next->stems.end()});
         }
@@ -299,7 +295,7 @@ class LaboratorySearch {
 
     void fit_and_add(LaboratoryModel model, const std::set<std::size_t>& with_new_own = {}) {
         const std::string key = name_of(model);
-        report("fitting " + key);
+        options_.report("fitting " + key);
         visited_keys_.insert(key);
         fit_.fit(model, with_new_own);
         if (!model.failed() && name_of(model) != key)
@@ -400,7 +396,7 @@ class LaboratorySearch {
         if (has_new_noise_ || base_ == 0 || is_rough())
             return false;
         has_new_noise_ = true;
-        report("estimating the noise about the best model");
+        options_.report("estimating the noise about the best model");
         auto found = stems_.map([&](std::size_t s, const fit::FitOptions& options) {
             return baseline_beside_noise_of(base().stems[s].fit, stems_.specimens[s],
                                             stems_.stems[s], options);
@@ -421,8 +417,7 @@ class LaboratorySearch {
 
     LaboratoryStems stems_;
     LaboratoryFit fit_{stems_};
-    const SearchOptions& options_;
-    const Policy& policy_;
+    const DiagnosisOptions& options_;
     std::vector<LaboratoryModel> visited_;
     std::set<std::string> visited_keys_;
     std::size_t base_ = 0;
@@ -460,8 +455,8 @@ std::vector<double> presence_of(std::span<const double> gains) {
 }
 
 LaboratorySearchResult search_laboratory(std::span<const Specimen> specimens,
-                                         const SearchOptions& options, const Policy& policy) {
-    return LaboratorySearch(specimens, options, policy).run();
+                                         const DiagnosisOptions& options) {
+    return LaboratorySearch(specimens, options).run();
 }
 
 } // namespace culm::diagnose

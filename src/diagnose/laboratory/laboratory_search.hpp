@@ -44,8 +44,7 @@ struct LaboratorySearchResult {
 /// The result does not depend on the number of ranks. Throws core::NumericalError if no stem can be
 /// fitted, run::Abandoned if the heartbeat says so.
 [[nodiscard]] LaboratorySearchResult search_laboratory(std::span<const Specimen> specimens,
-                                                       const SearchOptions& options,
-                                                       const Policy& policy = {});
+                                                       const DiagnosisOptions& options);
 
 /// Probability that each stem has an effect, from the change of its log evidence if it has: the
 /// mean-field solution where the share of stems with the effect is unknown (Stephan et al. 2009,

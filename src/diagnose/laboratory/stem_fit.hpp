@@ -6,7 +6,6 @@
 #include "diagnose/evidence/effect_columns.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
 #include "diagnose/laboratory/shared_block.hpp"
-#include "diagnose/policy.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/fit_numbers.hpp"
 
