@@ -236,8 +236,7 @@ class LaboratoryAnswer {
         const SharedMinimum& shared = best().shared;
         const Eigen::MatrixXd covariance = shared.covariance();
         for (const physics::EffectParameter& each : effect.effect.effect->parameters()) {
-            const Eigen::Index at =
-                shared.find(shared_name({effect.effect.effect->name(), each.name, {}}, effect.rig));
+            const Eigen::Index at = shared.find(effect.shared_name(each.name));
             if (at < 0)
                 continue;
             const double half = reduce::normal_quantile_95 * std::sqrt(covariance(at, at));

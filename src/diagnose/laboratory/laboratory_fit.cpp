@@ -18,21 +18,20 @@ constexpr double small_step = 0.01;
 /// A size ended absent within this part of its prior's deviation.
 constexpr double absent_within = 1e-6;
 
-/// Calls action(effect, index of the parameter, its card, index among the shared numbers).
-template <class Action>
-void for_each_parameter(const LaboratoryModel& model, const Action& action) {
-    for (const RigEffect& each : model.rig_effects) {
-        const std::vector<physics::EffectParameter> parameters = each.effect.effect->parameters();
-        for (std::size_t k = 0; k < parameters.size(); ++k) {
-            const Eigen::Index at = model.shared.find(
-                shared_name({each.effect.effect->name(), parameters[k].name, {}}, each.rig));
-            if (at >= 0)
-                action(each, k, parameters[k], at);
-        }
-    }
-}
-
 } // namespace
+
+std::vector<SharedParameter> shared_parameters(const LaboratoryModel& model) {
+    std::vector<SharedParameter> out;
+    for (std::size_t e = 0; e < model.rig_effects.size(); ++e) {
+        const RigEffect& each = model.rig_effects[e];
+        const std::vector<physics::EffectParameter> parameters = each.effect.effect->parameters();
+        for (std::size_t k = 0; k < parameters.size(); ++k)
+            if (const Eigen::Index at = model.shared.find(each.shared_name(parameters[k].name));
+                at >= 0)
+                out.push_back({e, k, parameters[k], at});
+    }
+    return out;
+}
 
 EffectOwners owners_of(const LaboratoryModel& model) {
     EffectOwners owners;
@@ -141,12 +140,11 @@ bool LaboratoryFit::take_fit(std::optional<StemFit> found, std::size_t stem, boo
 /// Squared Newton step of the effects' parameters, in standard deviations.
 double LaboratoryFit::step_size(const LaboratoryModel& model) const {
     double largest = 0.0;
-    for_each_parameter(model, [&](const RigEffect& each, std::size_t k,
-                                  const physics::EffectParameter& parameter, Eigen::Index at) {
-        const double change =
-            model.shared.at(at) - to_coordinate(parameter.fitted_as, each.values[k]);
+    for (const auto& [effect, k, card, at] : shared_parameters(model)) {
+        const double change = model.shared.at(at) -
+                              to_coordinate(card.fitted_as, model.rig_effects[effect].values[k]);
         largest = std::max(largest, change * change * model.shared.hessian(at, at));
-    });
+    }
     return largest;
 }
 
@@ -169,14 +167,11 @@ std::vector<Eigen::VectorXd> LaboratoryFit::take_step(LaboratoryModel& model) co
         changes[s] =
             Eigen::Map<const Eigen::MatrixXd>(block.follow.data(), rows, move.size()) * move;
     }
-    std::vector<RigEffect> moved = model.rig_effects;
-    for_each_parameter(model, [&](const RigEffect& each, std::size_t k,
-                                  const physics::EffectParameter& parameter, Eigen::Index at) {
-        const double value = from_coordinate(parameter.fitted_as, model.shared.at(at));
-        moved[static_cast<std::size_t>(&each - model.rig_effects.data())].values[k] =
-            std::isfinite(value) ? value : parameter.upper; // a stiffness without compliance
-    });
-    model.rig_effects = std::move(moved);
+    for (const auto& [effect, k, card, at] : shared_parameters(model)) {
+        const double value = from_coordinate(card.fitted_as, model.shared.at(at));
+        model.rig_effects[effect].values[k] =
+            std::isfinite(value) ? value : card.upper; // a stiffness without compliance
+    }
     return changes;
 }
 
@@ -234,14 +229,13 @@ double LaboratoryFit::log_prior_of_effects(const LaboratoryModel& model) const {
 double LaboratoryFit::log_volume(const LaboratoryModel& model) const {
     std::vector<Eigen::Index> places;
     double sum = 0.0;
-    for_each_parameter(model, [&](const RigEffect& each, std::size_t /*k*/,
-                                  const physics::EffectParameter& /*parameter*/, Eigen::Index at) {
-        if (each.is_known)
-            return;
-        places.push_back(at);
-        sum += parameter_priors_.at(model.shared.names[static_cast<std::size_t>(at)])
-                   .log_density(model.shared.at(at));
-    });
+    for (const SharedParameter& each : shared_parameters(model)) {
+        if (model.rig_effects[each.effect].is_known)
+            continue;
+        places.push_back(each.at);
+        sum += parameter_priors_.at(model.shared.names[static_cast<std::size_t>(each.at)])
+                   .log_density(model.shared.at(each.at));
+    }
     if (places.empty())
         return sum;
     const Eigen::VectorXd scale = model.shared.hessian.diagonal().cwiseSqrt().cwiseInverse();
@@ -261,16 +255,14 @@ bool LaboratoryFit::has_absent_effect(const LaboratoryModel& model) const {
     if (std::ranges::any_of(
             model.stems, [](const StemFit& stem) { return !stem.evidence.absent_effects.empty(); }))
         return true;
-    std::map<const RigEffect*, bool> is_there;
-    for_each_parameter(model, [&](const RigEffect& each, std::size_t /*k*/,
-                                  const physics::EffectParameter& /*parameter*/, Eigen::Index at) {
+    std::map<std::size_t, bool> is_there; // (effects)
+    for (const SharedParameter& each : shared_parameters(model)) {
         const ParameterPrior& prior =
-            parameter_priors_.at(model.shared.names[static_cast<std::size_t>(at)]);
-        const double deviation = std::abs(prior.deviation);
+            parameter_priors_.at(model.shared.names[static_cast<std::size_t>(each.at)]);
         if (!prior.is_place)
-            is_there[&each] = is_there[&each] || std::abs(model.shared.at(at) - prior.absent) >
-                                                     absent_within * deviation;
-    });
+            is_there[each.effect] |= std::abs(model.shared.at(each.at) - prior.absent) >
+                                     absent_within * std::abs(prior.deviation);
+    }
     return std::ranges::any_of(is_there, [](const auto& entry) { return !entry.second; });
 }
 
@@ -280,8 +272,7 @@ void LaboratoryFit::add_priors(const LaboratoryModel& model) {
     for (const RigEffect& each : model.rig_effects) {
         const std::vector<physics::EffectParameter> parameters = each.effect.effect->parameters();
         for (const std::size_t k : free_parameters(each.effect))
-            if (const std::string name =
-                    shared_name({each.effect.effect->name(), parameters[k].name, {}}, each.rig);
+            if (const std::string name = each.shared_name(parameters[k].name);
                 !priors_.contains(name))
                 add_prior(each, k, name);
     }
@@ -296,10 +287,9 @@ void LaboratoryFit::add_prior(const RigEffect& effect, std::size_t k, const std:
         if (stems_.is_left_out(s) || stems_.specimens[s].rig != effect.rig)
             continue;
         const ObservedStem& stem = stems_.stems[s];
-        const fit::StemModel chain =
-            fit::models_of(stem.chain, stem.recordings, stems_.options.candidate).front();
-        const fit::StemModel model =
-            candidate_model(chain, {effect.effect}, stem.recordings.front());
+        const fit::StemModel model = candidate_model(
+            fit::models_of(stem.chain, stem.recordings, stems_.options.candidate).front(),
+            {effect.effect}, stem.recordings.front());
         const fit::FreeParameter parameter =
             fit::effect_parameter(*effect.effect.effect, model.spec.stem, k);
         mean = prior_of(parameter, model);

@@ -30,6 +30,15 @@ struct LaboratoryModel {
     [[nodiscard]] bool failed() const { return !failure.empty(); }
 };
 
+/// A parameter of one of the model's rig effects that is a shared number.
+struct SharedParameter {
+    std::size_t effect = 0; ///< of the rig effects
+    std::size_t k = 0;      ///< among the effect's parameters
+    physics::EffectParameter card;
+    Eigen::Index at = 0; ///< among the shared numbers
+};
+[[nodiscard]] std::vector<SharedParameter> shared_parameters(const LaboratoryModel& model);
+
 /// The effects of a model with their rigs; no rig: of stems.
 using EffectOwners = std::set<std::pair<std::string, std::string>>;
 [[nodiscard]] EffectOwners owners_of(const LaboratoryModel& model);

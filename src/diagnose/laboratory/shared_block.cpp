@@ -41,8 +41,8 @@ std::vector<std::size_t> free_parameters(const physics::SelectedEffect& effect) 
     return free;
 }
 
-std::string shared_name(const physics::ParameterId& parameter, const std::string& rig) {
-    return to_string(parameter.in_one_model()) + " of rig " + rig;
+std::string RigEffect::shared_name(const std::string& parameter) const {
+    return to_string(physics::ParameterId{effect.effect->name(), parameter, {}}) + " of rig " + rig;
 }
 
 SharedReadings shared_readings(const fit::Fit& fit,
@@ -71,7 +71,7 @@ SharedReadings shared_readings(const fit::Fit& fit,
             const physics::FittedAs fitted_as = model.parameters[owner.parameter].fitted_as;
             slope = coordinate_slope(fitted_as, value);
             out.at.push_back(to_coordinate(fitted_as, value));
-            out.names.push_back(shared_name(layout.ids[k], effect->rig));
+            out.names.push_back(effect->shared_name(layout.ids[k].name));
         } else if (is_error &&
                    std::ranges::find(shared_terms, layout.ids[k].name) != shared_terms.end()) {
             stacked.jacobian(row, column) = 0.0;

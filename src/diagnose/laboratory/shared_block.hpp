@@ -21,14 +21,13 @@ struct RigEffect {
     std::string rig;
     std::vector<double> values; ///< (parameters of the effect), SI units
     bool is_known = false;      ///< the user states that it acts
+
+    /// "quadratic_drag.drag_coefficient of rig A".
+    [[nodiscard]] std::string shared_name(const std::string& parameter) const;
 };
 
 /// Indices of the effect's parameters that a fit may change, in the order of its free parameters.
 [[nodiscard]] std::vector<std::size_t> free_parameters(const physics::SelectedEffect& effect);
-
-/// "quadratic_drag.drag_coefficient of rig A".
-[[nodiscard]] std::string shared_name(const physics::ParameterId& parameter,
-                                      const std::string& rig);
 
 /// Quadratic model of ½ χ² of a stem by shared numbers, with the stem's own numbers eliminated. The
 /// coordinate of a parameter is as in ParameterPrior; that of an error term is its value.

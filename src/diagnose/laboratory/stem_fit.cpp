@@ -25,8 +25,8 @@ std::optional<T> value_of(const std::shared_ptr<const T>& pointer) {
     return pointer ? std::optional<T>(*pointer) : std::nullopt;
 }
 template <class T>
-std::shared_ptr<const T> pointer_to(std::optional<T> value) {
-    return value ? std::make_shared<const T>(*std::move(value)) : nullptr;
+std::shared_ptr<const T> pointer_to(const std::optional<T>& value) {
+    return value ? std::make_shared<const T>(*value) : nullptr;
 }
 
 StemBaseline travelling(fit::BaselineFit baseline) {
@@ -114,12 +114,10 @@ StemBaseline baseline_of(const Specimen& specimen, const fit::FitOptions& option
 }
 
 ObservedStem observed_stem(const Specimen& specimen, StemBaseline baseline) {
-    ObservedStem stem{std::move(baseline.failure), fit::observed(specimen.recordings),
-                      std::move(baseline.chain), std::move(baseline.stated_chain),
-                      std::move(baseline.noise)};
-    for (std::size_t m = 0; m < baseline.noise_models.size(); ++m) {
-        stem.recordings[m].noise_model = pointer_to(std::move(baseline.noise_models[m]));
-        stem.recordings[m].errors = pointer_to(std::move(baseline.errors[m]));
+    ObservedStem stem{std::move(baseline), fit::observed(specimen.recordings)};
+    for (std::size_t m = 0; m < stem.noise_models.size(); ++m) {
+        stem.recordings[m].noise_model = pointer_to(stem.noise_models[m]);
+        stem.recordings[m].errors = pointer_to(stem.errors[m]);
     }
     return stem;
 }

@@ -28,23 +28,19 @@ struct Specimen {
 [[nodiscard]] std::vector<Specimen>
 specimens_of(std::span<const measure::Measurement> measurements);
 
-/// A specimen with the noise and the error terms of its readings, and its published chain.
-struct ObservedStem {
+/// The published chain of a specimen, with the noise and the error terms of its readings. It
+/// travels between ranks: all ranks have the measurements.
+struct StemBaseline {
     std::string failure; ///< why the chain could not be fitted; empty if it could
-    std::vector<fit::ObservedRecording> recordings;
-    fit::Fit chain;                         ///< numbers, with the error terms
+    std::vector<std::optional<fit::NoiseModel>> noise_models; ///< (recordings)
+    std::vector<std::optional<fit::ReadingErrors>> errors;    ///< (recordings)
+    fit::Fit chain;                                           ///< numbers, with the error terms
     fit::Fit stated_chain;                  ///< numbers, with every input as stated
     std::vector<std::vector<double>> noise; ///< as JointOptions::noise
 };
 
-/// The part of an ObservedStem that travels between ranks: all ranks have the measurements.
-struct StemBaseline {
-    std::string failure;
-    std::vector<std::optional<fit::NoiseModel>> noise_models; ///< (recordings)
-    std::vector<std::optional<fit::ReadingErrors>> errors;    ///< (recordings)
-    fit::Fit chain;
-    fit::Fit stated_chain;
-    std::vector<std::vector<double>> noise;
+struct ObservedStem : StemBaseline {
+    std::vector<fit::ObservedRecording> recordings; ///< with the noise and the error terms
 };
 
 template <class Wire>
