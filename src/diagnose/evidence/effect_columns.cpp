@@ -338,6 +338,26 @@ class ColumnsOfEffect {
 
 } // namespace
 
+Eigen::Index EffectColumns::column_count() const {
+    Eigen::Index count = 0;
+    for (const EffectNode& node : nodes)
+        count += static_cast<Eigen::Index>(node.columns.size());
+    return count;
+}
+
+Eigen::MatrixXd column_matrix(std::span<const CandidateView> candidates, Eigen::Index rows) {
+    Eigen::Index count = 0;
+    for (const CandidateView& each : candidates)
+        count += each.columns.column_count();
+    Eigen::MatrixXd readings(rows, count);
+    Eigen::Index k = 0;
+    for (const CandidateView& each : candidates)
+        for (const EffectNode& node : each.columns.nodes)
+            for (const EffectColumn& column : node.columns)
+                readings.col(k++) = Eigen::Map<const Eigen::VectorXd>(column.readings.data(), rows);
+    return readings;
+}
+
 StackedReadings readings_to_compare(const fit::Fit& base,
                                     std::span<const fit::ObservedRecording> recordings,
                                     const run::Heartbeat& heartbeat) {

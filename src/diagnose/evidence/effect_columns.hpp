@@ -45,6 +45,9 @@ void fields(Wire& wire, EffectNode& node) {
 struct EffectColumns {
     std::string failure; ///< why there are no columns; empty if there are some
     std::vector<EffectNode> nodes;
+
+    /// Of all nodes together.
+    [[nodiscard]] Eigen::Index column_count() const;
 };
 
 template <class Wire>
@@ -57,6 +60,10 @@ struct CandidateView {
     physics::SelectedEffect effect;
     EffectColumns columns;
 };
+
+/// Readings of all columns of the candidates, side by side.
+[[nodiscard]] Eigen::MatrixXd column_matrix(std::span<const CandidateView> candidates,
+                                            Eigen::Index rows);
 
 /// stacked_readings() of the fit. If the model leaves the plane, `predicted` is computed by planar
 /// chains, as in the runs that are compared with it. Throws core::NumericalError.

@@ -33,18 +33,8 @@ struct LinearEvidence::Sum {
 
 LinearEvidence::LinearEvidence(const StackedReadings& stacked,
                                const std::vector<CandidateView>& candidates)
-    : own_(std::in_place, stacked.jacobian) {
-    Eigen::Index count = 0;
-    for (const CandidateView& each : candidates)
-        for (const EffectNode& node : each.columns.nodes)
-            count += static_cast<Eigen::Index>(node.columns.size());
-    raw_.resize(stacked.residual.size(), count);
-    Eigen::Index k = 0;
-    for (const CandidateView& each : candidates)
-        for (const EffectNode& node : each.columns.nodes)
-            for (const EffectColumn& column : node.columns)
-                raw_.col(k++) =
-                    Eigen::Map<const Eigen::VectorXd>(column.readings.data(), raw_.rows());
+    : own_(std::in_place, stacked.jacobian),
+      raw_(column_matrix(candidates, stacked.residual.size())) {
     const Eigen::MatrixXd remainder = own_->remainder(raw_);
     gram_ = remainder.transpose() * remainder;
     overlap_ = remainder.transpose() * own_->remainder(stacked.residual);

@@ -296,8 +296,7 @@ class LaboratoryAnswer {
             return std::nullopt;
         Eigen::Index column = 0;
         for (std::size_t c = 0; c < candidate; ++c)
-            for (const EffectNode& node : survey.rig_columns[c].nodes)
-                column += static_cast<Eigen::Index>(node.columns.size());
+            column += survey.rig_columns[c].column_count();
         const auto count = static_cast<Eigen::Index>(survey.overlap.size());
         const Eigen::Map<const Eigen::MatrixXd> gram(survey.gram.data(), count, count);
         for (const EffectNode& node : survey.rig_columns[candidate].nodes)

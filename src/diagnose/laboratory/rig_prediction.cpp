@@ -10,13 +10,6 @@
 namespace culm::diagnose {
 namespace {
 
-Eigen::Index columns_of(const EffectColumns& candidate) {
-    Eigen::Index count = 0;
-    for (const EffectNode& node : candidate.nodes)
-        count += static_cast<Eigen::Index>(node.columns.size());
-    return count;
-}
-
 /// Have two stems the same points of the grid, with columns for the same sizes?
 bool has_same_columns(const EffectColumns& one, const EffectColumns& other) {
     return std::ranges::equal(one.nodes, other.nodes, [](const auto& a, const auto& b) {
@@ -26,19 +19,6 @@ bool has_same_columns(const EffectColumns& one, const EffectColumns& other) {
         });
     });
 }
-
-/// Where the columns of one stem are in the sum, and what converts them to the common units.
-struct Placement {
-    std::vector<Eigen::Index> from;
-    std::vector<Eigen::Index> to;
-    std::vector<double> factors;
-
-    void add(Eigen::Index own, Eigen::Index common, double factor) {
-        from.push_back(own);
-        to.push_back(common);
-        factors.push_back(factor);
-    }
-};
 
 } // namespace
 
@@ -83,41 +63,62 @@ void RigPrediction::average(std::size_t candidate, std::span<const StemSurvey> s
             value /= count;
 }
 
+/// Where the columns of one stem are in the sum, and what converts them to the common units.
+struct RigPrediction::Placement {
+    std::vector<Eigen::Index> from;
+    std::vector<Eigen::Index> to;
+    std::vector<double> factors;
+
+    void add(Eigen::Index own, Eigen::Index common, double factor) {
+        from.push_back(own);
+        to.push_back(common);
+        factors.push_back(factor);
+    }
+};
+
+/// Of the candidates' columns.
+RigPrediction::Placement RigPrediction::placement_of(const StemSurvey& survey) const {
+    Placement place;
+    Eigen::Index own = 0;
+    Eigen::Index common = 0;
+    for (std::size_t c = 0; c < columns_.size(); ++c) {
+        const EffectColumns& mine = survey.rig_columns[c];
+        const bool is_same = mine.failure.empty() && has_same_columns(columns_[c], mine);
+        Eigen::Index at = common;
+        for (const EffectNode& node : mine.nodes)
+            for (const EffectColumn& column : node.columns) {
+                const bool has_size = column.parameter < priors_[c].size();
+                if (is_same)
+                    place.add(own, at++,
+                              has_size ? priors_[c][column.parameter].deviation /
+                                             survey.priors[c][column.parameter].deviation
+                                       : 1.0);
+                ++own;
+            }
+        common += columns_[c].column_count();
+    }
+    return place;
+}
+
 /// Sum of the stems' SᵀS and Sᵀr, without what the shared numbers imitate.
 LinearEvidence RigPrediction::sum(std::span<const StemSurvey> surveys,
                                   const SharedMinimum& shared) const {
     Eigen::Index columns = 0;
     for (const EffectColumns& each : columns_)
-        columns += columns_of(each);
+        columns += each.column_count();
     const auto shared_count = static_cast<Eigen::Index>(shared.names.size());
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(columns + shared_count, columns + shared_count);
     Eigen::VectorXd overlap = Eigen::VectorXd::Zero(columns + shared_count);
     for (const std::size_t s : on_rig_) {
         const StemSurvey& survey = surveys[s];
-        Placement place;
-        Eigen::Index own = 0;
-        Eigen::Index common = 0;
-        for (std::size_t c = 0; c < columns_.size(); ++c) {
-            const EffectColumns& mine = survey.rig_columns[c];
-            const bool is_same = mine.failure.empty() && has_same_columns(columns_[c], mine);
-            Eigen::Index at = common;
-            for (const EffectNode& node : mine.nodes)
-                for (const EffectColumn& column : node.columns) {
-                    const bool has_size = column.parameter < priors_[c].size();
-                    if (is_same)
-                        place.add(own, at++,
-                                  has_size ? priors_[c][column.parameter].deviation /
-                                                 survey.priors[c][column.parameter].deviation
-                                           : 1.0);
-                    ++own;
-                }
-            common += columns_of(columns_[c]);
-        }
+        Placement place = placement_of(survey);
         const auto size = static_cast<Eigen::Index>(survey.overlap.size());
         const Eigen::Map<const Eigen::MatrixXd> own_gram(survey.gram.data(), size, size);
         // The residual at the common values of the shared numbers.
         Eigen::VectorXd here = Eigen::Map<const Eigen::VectorXd>(survey.overlap.data(), size);
-        for (std::size_t k = 0; k < survey.shared.size(); ++k, ++own) {
+        for (std::size_t k = 0; k < survey.shared.size(); ++k) {
+            const Eigen::Index own =
+                size - std::ssize(survey.shared) + static_cast<Eigen::Index>(k);
             const Eigen::Index at = shared.find(survey.shared[k]);
             here -= own_gram.col(own) * (shared.at(at) - survey.shared_at[k]);
             place.add(own, columns + at, 1.0);
@@ -138,10 +139,6 @@ LinearEvidence RigPrediction::sum(std::span<const StemSurvey> surveys,
         seen -= across.transpose() * factors.solve(across);
     }
     return {columns_, std::move(seen), overlap.head(columns)};
-}
-
-PredictedGain RigPrediction::gain(std::span<const std::size_t> candidates) const {
-    return linear_.gain(candidates);
 }
 
 RigEffect RigPrediction::estimated(std::size_t candidate, std::size_t place,

@@ -26,13 +26,17 @@ class RigPrediction {
         return columns_[candidate].failure;
     }
     /// Change of the log evidence by these candidates together.
-    [[nodiscard]] PredictedGain gain(std::span<const std::size_t> candidates) const;
+    [[nodiscard]] PredictedGain gain(std::span<const std::size_t> candidates) const {
+        return linear_.gain(candidates);
+    }
     /// Candidate number `place` of those of `gain`, with the values of the linear estimate.
     [[nodiscard]] RigEffect estimated(std::size_t candidate, std::size_t place,
                                       const PredictedGain& gain) const;
 
   private:
+    struct Placement;
     void average(std::size_t candidate, std::span<const StemSurvey> surveys);
+    [[nodiscard]] Placement placement_of(const StemSurvey& survey) const;
     [[nodiscard]] LinearEvidence sum(std::span<const StemSurvey> surveys,
                                      const SharedMinimum& shared) const;
 

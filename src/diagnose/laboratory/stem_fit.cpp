@@ -84,6 +84,30 @@ void scale_readings(double factor, StackedReadings& stacked) {
     stacked.residual.head(stacked.readings()) *= factor;
 }
 
+EffectColumns columns_about(const fit::Fit& base, const StackedReadings& stacked,
+                            const physics::SelectedEffect& candidate, const ObservedStem& stem,
+                            const fit::FitOptions& options) {
+    fit::SelectedEffects larger = base.effects;
+    larger.push_back(candidate);
+    if (fit::contains(base.effects, candidate))
+        return {"it is in the model", {}};
+    if (!can_be_combined(larger))
+        return {"it cannot be combined with the model", {}};
+    return effect_columns(base, stacked, candidate, stem.recordings, options);
+}
+
+/// Of the candidate's free parameters.
+std::vector<ParameterPrior> priors_of(const physics::SelectedEffect& candidate,
+                                      const fit::Fit& base, const ObservedStem& stem) {
+    const fit::StemModel model =
+        candidate_model(base.parts.front().model, {candidate}, stem.recordings.front());
+    std::vector<ParameterPrior> priors;
+    for (const fit::FreeParameter& parameter : model.parameters)
+        if (parameter.access.id.effect == candidate.effect->name())
+            priors.push_back(prior_of(parameter, model));
+    return priors;
+}
+
 } // namespace
 
 std::vector<Specimen> specimens_of(std::span<const measure::Measurement> measurements) {
@@ -196,39 +220,24 @@ StemSurvey survey_of(const ObservedStem& stem, const StemEffects& effects, const
                      const fit::FitOptions& options) {
     const fit::Fit base = fit::restored(numbers, stem.recordings, options);
     StackedReadings stacked = readings_to_compare(base, stem.recordings, options.heartbeat);
-    StemSurvey out;
-    std::vector<CandidateView> views;
-    for (const physics::SelectedEffect& candidate : candidates) {
-        fit::SelectedEffects larger = base.effects;
-        larger.push_back(candidate);
-        CandidateView& view = views.emplace_back(candidate, EffectColumns{});
-        if (fit::contains(base.effects, candidate))
-            view.columns.failure = "it is in the model";
-        else if (!can_be_combined(larger))
-            view.columns.failure = "it cannot be combined with the model";
-        else
-            view.columns = effect_columns(base, stacked, candidate, stem.recordings, options);
-        std::vector<ParameterPrior>& priors = out.priors.emplace_back();
-        if (!view.columns.failure.empty())
-            continue;
-        const fit::StemModel model =
-            candidate_model(base.parts.front().model, {candidate}, stem.recordings.front());
-        for (const fit::FreeParameter& parameter : model.parameters)
-            if (parameter.access.id.effect == candidate.effect->name())
-                priors.push_back(prior_of(parameter, model));
-    }
     SharedReadings shared = shared_readings(base, stem.recordings, effects.rig,
                                             effects.shared_terms, options.heartbeat);
     // The residual of the best model is noise to all larger ones.
     const double weight = 1.0 / std::sqrt(noise_scale_of(base).mean_known());
-    scale_readings(weight, stacked);
-    scale_readings(weight, shared.stacked);
-    shared.columns.topRows(stacked.readings()) *= weight;
-    for (CandidateView& view : views)
-        for (EffectNode& node : view.columns.nodes)
+    StemSurvey out;
+    std::vector<CandidateView> views;
+    for (const physics::SelectedEffect& candidate : candidates) {
+        views.push_back({candidate, columns_about(base, stacked, candidate, stem, options)});
+        out.priors.push_back(views.back().columns.failure.empty() ? priors_of(candidate, base, stem)
+                                                                  : std::vector<ParameterPrior>{});
+        for (EffectNode& node : views.back().columns.nodes)
             for (EffectColumn& column : node.columns)
                 for (double& reading : column.readings)
                     reading *= weight;
+    }
+    scale_readings(weight, stacked);
+    scale_readings(weight, shared.stacked);
+    shared.columns.topRows(stacked.readings()) *= weight;
     const LinearEvidence alone(stacked, views);
     for (std::size_t k = 0; k < views.size(); ++k) {
         const std::size_t one[] = {k};
@@ -238,21 +247,15 @@ StemSurvey survey_of(const ObservedStem& stem, const StemEffects& effects, const
     }
     out.shared = shared.names;
     out.shared_at = shared.at;
-    std::vector<const EffectColumn*> columns;
     for (CandidateView& view : views) {
         const bool is_of_rig =
             has_rig && view.effect.effect->belongs_to() == physics::BelongsTo::Rig;
         if (!is_of_rig && view.columns.failure.empty())
             view.columns = {"it is of the stem", {}};
-        for (const EffectNode& node : view.columns.nodes)
-            for (const EffectColumn& column : node.columns)
-                columns.push_back(&column);
     }
-    const auto count = static_cast<Eigen::Index>(columns.size());
-    Eigen::MatrixXd all(stacked.residual.size(), count + shared.columns.cols());
-    for (Eigen::Index k = 0; k < count; ++k)
-        all.col(k) = Eigen::Map<const Eigen::VectorXd>(
-            columns[static_cast<std::size_t>(k)]->readings.data(), all.rows());
+    const Eigen::MatrixXd columns = column_matrix(views, stacked.residual.size());
+    Eigen::MatrixXd all(columns.rows(), columns.cols() + shared.columns.cols());
+    all.leftCols(columns.cols()) = columns;
     all.rightCols(shared.columns.cols()) = shared.columns;
     const Projector own(shared.stacked.jacobian(Eigen::all, shared.own));
     const Eigen::MatrixXd remainder = own.remainder(all);
