@@ -2,7 +2,7 @@
 #include "calibrate/calibration.hpp"
 
 #include "core/error.hpp"
-#include "residuals/ring_downs.hpp"
+#include "residuals/swing.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>

@@ -3,7 +3,7 @@
 
 #include "diagnose/evidence/log_evidence.hpp"
 #include "fit/fit_numbers.hpp"
-#include "residuals/ring_downs.hpp"
+#include "residuals/swing.hpp"
 
 #include <algorithm>
 #include <cmath>

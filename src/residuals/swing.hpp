@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The strongest shape of the motion over the heights, its coordinate in measurement and model, and
-// frequency, decay and position of rest as its amplitude falls.
+// frequency, decay and position of rest as its amplitude falls; and Eq. 1 at every height.
 #pragma once
 
 #include "fit/solve/fit.hpp"
 #include "measure/folder/measurement.hpp"
-#include "reduce/ring_down/ring_down_analysis.hpp"
+#include "reduce/ring_down/stem_ring_downs.hpp"
 
 #include <optional>
 #include <vector>
@@ -54,5 +54,17 @@ struct SwingWindow {
 /// after the last of them.
 [[nodiscard]] std::vector<double> envelope(const Swing& swing,
                                            const std::vector<SwingWindow>& windows);
+
+/// The readings at every height, with their noise where it is known.
+[[nodiscard]] reduce::StemHistories histories_of(const measure::Measurement& measurement);
+
+struct RingDownsOfBoth {
+    reduce::StemRingDowns measured;
+    reduce::StemRingDowns modelled; ///< at the same times and heights
+};
+
+/// Eq. 1 with a free phase, fitted in the same way to both, over the time of the fit.
+[[nodiscard]] RingDownsOfBoth ring_downs_of_both(const fit::RecordingFit& fit,
+                                                 const measure::Measurement& measurement);
 
 } // namespace culm::residuals

@@ -6,7 +6,7 @@
 #include "measure/folder/measurement_folder.hpp"
 #include "present/files.hpp"
 #include "present/ring_down_fits.hpp"
-#include "residuals/ring_downs.hpp"
+#include "residuals/swing.hpp"
 
 #include <algorithm>
 #include <filesystem>
