@@ -124,10 +124,8 @@ std::vector<DetectionLimit> detection_limits(const SearchResult& search,
     }
     std::vector<DetectionLimit> limits;
     for (std::optional<DetectionLimit>& answer : options.map.values(costs, work)) {
-        DetectionLimit lost;
-        lost.failure = "the rank that computed it was lost";
-        lost.effect = search.views[limits.size()].effect.effect->name();
-        limits.push_back(std::move(answer).value_or(std::move(lost)));
+        DetectionLimit& limit = limits.emplace_back(answer_or_lost(std::move(answer)));
+        limit.effect = search.views[limits.size() - 1].effect.effect->name();
     }
     return limits;
 }

@@ -280,9 +280,7 @@ class Search {
                                       with_heartbeat(options_.candidate, heartbeat));
             });
         for (std::size_t k = 0; k < views_.size(); ++k)
-            views_[k].columns =
-                std::move(answers[k])
-                    .value_or(EffectColumns{"the rank that computed it was lost", {}});
+            views_[k].columns = answer_or_lost(std::move(answers[k]));
         linear_.emplace(stacked_, views_);
     }
 
@@ -301,38 +299,28 @@ class Search {
         std::erase_if(predictions_, [&](const auto& entry) {
             return entry.second.base != base_ && entry.second.candidates.size() > 1;
         });
-        const double here = visited_[base_].log_evidence;
         const std::size_t added = base_fit_.effects.size() - options_.known.size();
         std::size_t room = options_.most_effects > added ? options_.most_effects - added : 0;
         if (is_rough())
             room = std::min<std::size_t>(room, 1);
-        std::vector<std::size_t> set;
-        predict_sets(here, room, 0, set);
+        for_each_set(views_.size(), room, [&](const auto& set) { return predict_set(set); });
     }
 
-    void predict_sets(double here, std::size_t room, std::size_t from,
-                      std::vector<std::size_t>& set) {
-        if (set.size() == room)
-            return;
-        for (std::size_t k = from; k < views_.size(); ++k) {
-            if (!views_[k].columns.failure.empty())
-                continue;
-            set.push_back(k);
-            UnvisitedModel model{base_fit_.effects, here, base_, {}, {}};
-            for (const std::size_t each : set) {
-                model.effects.push_back(views_[each].effect);
-                model.added.push_back(views_[each].effect.effect->name());
-            }
-            if (can_be_combined(model.effects)) {
-                PredictedGain gain = linear_->gain(set);
-                model.log_evidence += gain.log_evidence;
-                model.falls = gain.falls;
-                Prediction& entry = predictions_[key_of(model.effects)];
-                entry = {std::move(model), set, std::move(gain)};
-                predict_sets(here, room, k + 1, set);
-            }
-            set.pop_back();
+    /// False if no model has these additions.
+    bool predict_set(const std::vector<std::size_t>& set) {
+        UnvisitedModel model{base_fit_.effects, visited_[base_].log_evidence, base_, {}, {}};
+        for (const std::size_t each : set) {
+            model.effects.push_back(views_[each].effect);
+            model.added.push_back(views_[each].effect.effect->name());
         }
+        if (!views_[set.back()].columns.failure.empty() || !can_be_combined(model.effects))
+            return false;
+        PredictedGain gain = linear_->gain(set);
+        model.log_evidence += gain.log_evidence;
+        model.falls = gain.falls;
+        Prediction& entry = predictions_[key_of(model.effects)];
+        entry = {std::move(model), set, std::move(gain)};
+        return true;
     }
 
     /// Models that may be as likely as the best visited model.

@@ -11,8 +11,10 @@
 
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace culm::diagnose {
@@ -31,6 +33,16 @@ struct DiagnosisOptions {
             progress(next);
     }
 };
+
+/// The answer of a map over ranks; if its rank was lost, one whose failure says so.
+template <class T>
+[[nodiscard]] T answer_or_lost(std::optional<T> answer) {
+    if (answer)
+        return *std::move(answer);
+    T lost;
+    lost.failure = "the rank that computed it was lost";
+    return lost;
+}
 
 /// A model that was fitted.
 struct VisitedModel {
@@ -63,6 +75,21 @@ struct SearchResult {
     StackedReadings stacked;               ///< of the best model
     int runs = 0; ///< of the chain with all its derivatives, for the fits of models
 };
+
+/// Calls visit(set) for the sets of at most `room` of the numbers 0 … count − 1, in the order of
+/// their names in a dictionary; false: no set that begins with this one is visited.
+template <class Visit>
+void for_each_set(std::size_t count, std::size_t room, const Visit& visit,
+                  std::vector<std::size_t> set = {}) {
+    if (set.size() == room)
+        return;
+    for (std::size_t k = set.empty() ? 0 : set.back() + 1; k < count; ++k) {
+        std::vector<std::size_t> larger = set;
+        larger.push_back(k);
+        if (visit(larger))
+            for_each_set(count, room, visit, std::move(larger));
+    }
+}
 
 /// Steps 1 to 5 of docs/diagnosis.md, "How it decides". The log evidence of models is predicted
 /// about the best model so far (linear_evidence.hpp), and models that may be as likely are fitted.

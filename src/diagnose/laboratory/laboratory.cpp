@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
 #include <utility>
@@ -265,32 +266,35 @@ class LaboratoryAnswer {
     void add_limits() {
         for (std::size_t c = 0; c < options_.candidates.size(); ++c) {
             std::map<std::string, std::vector<double>> information; // (rigs)(stems)
-            std::optional<std::pair<ParameterPrior, physics::EffectParameter>> size;
+            SizeInformation size;
             for (std::size_t s = 0; s < specimens_.size(); ++s)
-                if (const std::optional<double> own = information_of(c, s, size))
-                    information[specimens_[s].rig].push_back(*own);
-            for (auto& [rig, stems] : information) {
-                double sum = 0.0;
-                for (const double each : stems)
-                    sum += each;
-                const auto value = [&](double information_in_all) {
-                    return from_coordinate(size->second.fitted_as,
-                                           size->first.absent +
-                                               std::copysign(3.0 / std::sqrt(information_in_all),
-                                                             size->first.deviation));
-                };
-                out_.limits.push_back({options_.candidates[c].effect->name(), rig,
-                                       size->second.name, size->second.unit,
-                                       value(core::median(stems)), value(sum)});
-            }
+                if (std::optional<SizeInformation> own = information_of(c, s)) {
+                    information[specimens_[s].rig].push_back(own->information);
+                    size = *std::move(own);
+                }
+            const auto value = [&](double information_in_all) {
+                const double deviation = 3.0 / std::sqrt(information_in_all);
+                return from_coordinate(size.card.fitted_as,
+                                       size.prior.absent +
+                                           std::copysign(deviation, size.prior.deviation));
+            };
+            for (const auto& [rig, stems] : information)
+                out_.limits.push_back({options_.candidates[c].effect->name(), rig, size.card.name,
+                                       size.card.unit, value(core::median(stems)),
+                                       value(std::accumulate(stems.begin(), stems.end(), 0.0))});
         }
     }
 
-    /// Information on the first size of a candidate of the rig, per coordinate, with the shared
-    /// numbers known.
-    [[nodiscard]] std::optional<double>
-    information_of(std::size_t candidate, std::size_t stem,
-                   std::optional<std::pair<ParameterPrior, physics::EffectParameter>>& size) const {
+    /// What a stem shows of a candidate's size, per coordinate, with the shared numbers known.
+    struct SizeInformation {
+        double information = 0.0;
+        ParameterPrior prior;
+        physics::EffectParameter card;
+    };
+
+    /// Of the first size of a candidate of the rig.
+    [[nodiscard]] std::optional<SizeInformation> information_of(std::size_t candidate,
+                                                                std::size_t stem) const {
         const StemSurvey& survey = search_.surveys[stem];
         if (survey.rig_columns.empty() || !survey.rig_columns[candidate].failure.empty())
             return std::nullopt;
@@ -305,10 +309,9 @@ class LaboratoryAnswer {
                     gram(column, column) > 0.0) {
                     const ParameterPrior& prior = survey.priors[candidate][each.parameter];
                     const physics::SelectedEffect& effect = options_.candidates[candidate];
-                    size.emplace(
-                        prior,
-                        effect.effect->parameters()[free_parameters(effect)[each.parameter]]);
-                    return gram(column, column) / (prior.deviation * prior.deviation);
+                    return SizeInformation{
+                        gram(column, column) / (prior.deviation * prior.deviation), prior,
+                        effect.effect->parameters()[free_parameters(effect)[each.parameter]]};
                 }
                 ++column;
             }
@@ -326,10 +329,7 @@ class LaboratoryAnswer {
                 return stem_answer(s, with_heartbeat(options_.candidate, heartbeat));
             });
         for (std::size_t s = 0; s < answers.size(); ++s) {
-            StemAnswer lost;
-            lost.failure = "the rank that computed it was lost";
-            StemAnswer& stem =
-                out_.stems.emplace_back(std::move(answers[s]).value_or(std::move(lost)));
+            StemAnswer& stem = out_.stems.emplace_back(answer_or_lost(std::move(answers[s])));
             stem.name = specimens_[s].name;
             stem.rig = specimens_[s].rig;
             for (const physics::SelectedEffect& each : answered().own[s])

@@ -16,7 +16,7 @@
 namespace culm::diagnose {
 namespace {
 
-constexpr std::size_t most_visited = 24;
+constexpr std::size_t most_models = 24;
 /// A stem has an own effect if that is more probable than not.
 constexpr double present_from = 0.5;
 /// Share of the gain of stems' own values that a shared value must explain to be fitted first.
@@ -78,12 +78,9 @@ class LaboratorySearch {
         auto baselines = stems_.map([&](std::size_t s, const fit::FitOptions& options) {
             return baseline_of(stems_.specimens[s], options);
         });
-        for (std::size_t s = 0; s < baselines.size(); ++s) {
-            StemBaseline lost;
-            lost.failure = "the rank that computed it was lost";
-            stems_.stems.push_back(observed_stem(
-                stems_.specimens[s], std::move(baselines[s]).value_or(std::move(lost))));
-        }
+        for (std::size_t s = 0; s < baselines.size(); ++s)
+            stems_.stems.push_back(
+                observed_stem(stems_.specimens[s], answer_or_lost(std::move(baselines[s]))));
         if (stems_.fitted_stems() == 0)
             throw core::NumericalError(core::FailureKind::FitFailed,
                                        "no stem can be fitted; the first one: " +
@@ -157,8 +154,8 @@ class LaboratorySearch {
             std::size_t room = options_.most_effects > added ? options_.most_effects - added : 0;
             if (is_rough())
                 room = std::min<std::size_t>(room, 1);
-            std::vector<std::size_t> set;
-            predict_sets(rig_prediction, room, 0, set);
+            for_each_set(options_.candidates.size(), room,
+                         [&](const auto& set) { return predict_set(rig_prediction, set); });
         }
         for (std::size_t c = 0; c < options_.candidates.size(); ++c)
             predict_own(c);
@@ -174,30 +171,22 @@ class LaboratorySearch {
         return chi_squared > options_.policy.rough_misfit * readings;
     }
 
-    void predict_sets(const RigPrediction& rig, std::size_t room, std::size_t from,
-                      std::vector<std::size_t>& set) {
-        if (set.size() == room)
-            return;
-        for (std::size_t c = from; c < options_.candidates.size(); ++c) {
-            if (!rig.failure(c).empty())
-                continue;
-            set.push_back(c);
-            fit::SelectedEffects together;
-            for (const std::size_t each : set)
-                together.push_back(options_.candidates[each]);
-            if (can_be_combined(together)) {
-                const PredictedGain gain = rig.gain(set);
-                if (std::isfinite(gain.log_evidence)) {
-                    LaboratoryPrediction added;
-                    for (std::size_t e = 0; e < set.size(); ++e)
-                        added.rig_effects.push_back(rig.estimated(set[e], e, gain));
-                    added.gain = gain.log_evidence;
-                    add_prediction(std::move(added));
-                }
-                predict_sets(rig, room, c + 1, set);
-            }
-            set.pop_back();
+    /// False if no model has these additions.
+    bool predict_set(const RigPrediction& rig, const std::vector<std::size_t>& set) {
+        fit::SelectedEffects together;
+        for (const std::size_t each : set)
+            together.push_back(options_.candidates[each]);
+        if (!rig.failure(set.back()).empty() || !can_be_combined(together))
+            return false;
+        const PredictedGain gain = rig.gain(set);
+        if (std::isfinite(gain.log_evidence)) {
+            LaboratoryPrediction added;
+            for (std::size_t e = 0; e < set.size(); ++e)
+                added.rig_effects.push_back(rig.estimated(set[e], e, gain));
+            added.gain = gain.log_evidence;
+            add_prediction(std::move(added));
         }
+        return true;
     }
 
     void predict_own(std::size_t candidate) {
@@ -273,7 +262,7 @@ class LaboratorySearch {
             if (const auto now = static_cast<std::size_t>(likeliest - visited_.begin());
                 now != base_)
                 set_base(now);
-            const bool is_full = visited_.size() >= most_visited;
+            const bool is_full = visited_.size() >= most_models;
             if (!is_full && visit_smaller())
                 continue;
             survey();

@@ -14,7 +14,8 @@
 #include <optional>
 #include <utility>
 
-#include <fmt/core.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace culm::diagnose {
 namespace {
@@ -65,13 +66,11 @@ physics::UserEffectText force_text(UserLawKind kind, const std::vector<std::stri
     text.summary = "missing force found in a recording";
     text.source = "culm diagnose";
     text.kind = kind;
+    std::vector<std::string> products;
     for (std::size_t k = 0; k < terms.size(); ++k) {
-        const std::string name = coefficient(k).name;
-        if (k > 0)
-            text.formula += " + ";
-        text.formula += fmt::format("{}*{}", name, terms[k]);
         physics::EffectParameter parameter;
-        parameter.name = name;
+        parameter.name = coefficient(k).name;
+        products.push_back(parameter.name + "*" + terms[k]);
         parameter.unit = is_force(kind) ? "N/m per unit" : "N m per unit";
         parameter.meaning = "coefficient of " + terms[k];
         parameter.default_value = values[k];
@@ -80,6 +79,7 @@ physics::UserEffectText force_text(UserLawKind kind, const std::vector<std::stri
         parameter.scale = scales[k];
         text.parameters.push_back(std::move(parameter));
     }
+    text.formula = fmt::format("{}", fmt::join(products, " + "));
     return text;
 }
 
@@ -258,23 +258,19 @@ std::string character_of(const MissingForce& force, UserLawKind kind, const run:
     const double dissipated = sign * with_velocity;
     const double restoring = sign * in_phase;
     const double size = std::sqrt(squares);
-    std::string text;
-    const auto add = [&text](const char* part) {
-        if (!text.empty())
-            text += ", ";
-        text += part;
-    };
+    std::vector<std::string> parts;
     if (dissipated > 0.3 * size)
-        add("dissipative");
+        parts.emplace_back("dissipative");
     if (dissipated < -0.3 * size)
-        add("feeds energy in (or the bonds' damping was overestimated)");
+        parts.emplace_back("feeds energy in (or the bonds' damping was overestimated)");
     if (restoring > 0.3 * size)
-        add("stiffens");
+        parts.emplace_back("stiffens");
     if (restoring < -0.3 * size)
-        add("softens");
+        parts.emplace_back("softens");
     if (std::abs(mean) > 0.3 * size)
-        add("one-sided");
-    return text.empty() ? "neither clearly dissipative nor conservative" : text;
+        parts.emplace_back("one-sided");
+    return parts.empty() ? "neither clearly dissipative nor conservative"
+                         : fmt::format("{}", fmt::join(parts, ", "));
 }
 
 } // namespace
@@ -300,6 +296,7 @@ MissingForce reconstruct_missing_force(const fit::Fit& base, const fit::Selected
     larger.push_back(with_terms(best->kind, best->terms, best->values, best->scales));
     const fit::Fit fit = fit::fit_model(larger, base, recordings, options);
     out.fit = fit::numbers_of(fit);
+    std::vector<std::string> products;
     for (std::size_t k = 0; k < best->terms.size(); ++k) {
         ForceTerm term{best->terms[k], best->values[k], 0.0, best->selected.stability[k]};
         for (const fit::FittedParameter& parameter : fit.parameters)
@@ -307,11 +304,10 @@ MissingForce reconstruct_missing_force(const fit::Fit& base, const fit::Selected
                 term.coefficient = parameter.value;
                 term.standard_error = parameter.standard_error;
             }
-        if (!out.form.empty())
-            out.form += " + ";
-        out.form += fmt::format("({:.4g})*{}", term.coefficient, term.term);
+        products.push_back(fmt::format("({:.4g})*{}", term.coefficient, term.term));
         out.terms.push_back(std::move(term));
     }
+    out.form = fmt::format("{}", fmt::join(products, " + "));
     const double excess = base.chi_squared - static_cast<double>(base.readings);
     out.explained = fit.is_fitted() && excess > 0.0
                         ? std::clamp((base.chi_squared - fit.chi_squared) / excess, 0.0, 1.0)

@@ -70,22 +70,18 @@ class BlockSums {
     [[nodiscard]] std::vector<std::size_t> forward(const std::vector<std::size_t>& blocks,
                                                    std::size_t most) const {
         std::vector<std::size_t> chosen;
-        const auto terms = static_cast<std::size_t>(products_.front().cols());
-        while (chosen.size() < std::min(most, terms)) {
-            std::size_t best = terms;
-            double least = 0.0;
-            for (std::size_t k = 0; k < terms; ++k) {
-                if (std::ranges::find(chosen, k) != chosen.end())
-                    continue;
+        std::vector<std::size_t> rest(static_cast<std::size_t>(products_.front().cols()));
+        std::iota(rest.begin(), rest.end(), 0);
+        while (chosen.size() < most && !rest.empty()) {
+            std::vector<double> remains;
+            for (const std::size_t k : rest) {
                 std::vector<std::size_t> with = chosen;
                 with.push_back(k);
-                const double remains = left(with, regress(with, blocks), blocks);
-                if (best == terms || remains < least) {
-                    best = k;
-                    least = remains;
-                }
+                remains.push_back(left(with, regress(with, blocks), blocks));
             }
-            chosen.push_back(best);
+            const auto best = rest.begin() + (std::ranges::min_element(remains) - remains.begin());
+            chosen.push_back(*best);
+            rest.erase(best);
         }
         return chosen;
     }
