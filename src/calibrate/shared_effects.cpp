@@ -62,8 +62,8 @@ CalibrationOptions with_shared_values(const CalibrationOptions& options,
 
 void add_shared_uncertainty(const SharedEffects& shared, const measure::Measurement& measurement,
                             Calibration& calibration) {
-    const auto stem = std::ranges::find(shared.stems, measurement.specimen_name(),
-                                        &diagnose::StemAnswer::name);
+    const auto stem =
+        std::ranges::find(shared.stems, measurement.specimen_name(), &diagnose::StemAnswer::name);
     if (stem == shared.stems.end() || measurement.rig.empty())
         return;
     fit::BudgetInput line;

@@ -259,7 +259,7 @@ def calibration(names=("S1", "S2")):
             "options": {"law": "consistent", "with": "", "window_s": None},
             "stems": [calibrated(name) for name in names] +
                      [{"measurement": "broken", "folder": "data/broken", "failure": "no motion"}],
-            "population": population if len(names) > 1 else None}
+            "shared_effects": [], "population": population if len(names) > 1 else None}
 
 
 def write_calibration(folder, names=("S1", "S2")):

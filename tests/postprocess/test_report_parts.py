@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import synthetic_results
+import test_report_laboratory
 from json_schema import schema_faults
 from report_folder import unpacked
 from report_page import drawing, library, markup
@@ -99,7 +100,8 @@ class Library(unittest.TestCase):
 class SyntheticResults(unittest.TestCase):
     def test_are_as_the_schemas_want_them(self):
         documents = [("comparison", synthetic_results.comparison()),
-                     ("calibration", synthetic_results.calibration())]
+                     ("calibration", synthetic_results.calibration()),
+                     ("laboratory", test_report_laboratory.laboratory())]
         documents += [("diagnosis", synthetic_results.diagnosis(verdict=verdict))
                       for verdict in ("adequate", "effect", "tie", "unknown")]
         documents += [(name, {**document, "provenance": synthetic_results.PROVENANCE})
