@@ -6,10 +6,8 @@
 #include <algorithm>
 #include <cstddef>
 #include <memory>
-#include <numeric>
 
 namespace culm::farm {
-
 namespace {
 
 using Outcomes = std::vector<core::ItemOutcome<core::Bytes>>;
@@ -48,19 +46,19 @@ class RankMap {
 
     /// Fills the outcomes of stored items; returns the others.
     [[nodiscard]] std::vector<std::size_t> take_stored(Outcomes& outcomes) const {
-        std::vector<std::size_t> missing(outcomes.size());
-        std::iota(missing.begin(), missing.end(), std::size_t{0});
-        if (!store_)
-            return missing;
-        auto stored = on_root(communicator_, [&] {
-            std::vector<std::optional<core::Bytes>> found;
-            for (std::size_t item = 0; item < outcomes.size(); ++item)
-                found.push_back(store_->find(number_of(item)));
-            return found;
-        });
-        for (std::size_t item = 0; item < outcomes.size(); ++item)
+        std::vector<std::optional<core::Bytes>> stored(outcomes.size());
+        if (store_)
+            stored = on_root(communicator_, [&] {
+                for (std::size_t item = 0; item < stored.size(); ++item)
+                    stored[item] = store_->find(number_of(item));
+                return stored;
+            });
+        std::vector<std::size_t> missing;
+        for (std::size_t item = 0; item < stored.size(); ++item) {
+            if (!stored[item])
+                missing.push_back(item);
             outcomes[item].value = std::move(stored[item]);
-        std::erase_if(missing, [&](std::size_t item) { return outcomes[item].value.has_value(); });
+        }
         return missing;
     }
 

@@ -292,15 +292,6 @@ core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan
     return all_calibrated ? core::ExitCode::Done : core::ExitCode::PointsFailed;
 }
 
-/// Fits the effects of rigs, which all recordings share, to all of them. Collective.
-calibrate::SharedEffects shared_effects(const CalibrationPlan& plan, bool is_quiet,
-                                        const farm::Communicator* communicator) {
-    StepDisplay display(is_quiet);
-    return calibrate::fit_shared_effects(
-        plan.read.measurements, plan.options, farm::over_ranks(communicator),
-        [&display](const std::string& step) { display.begin(step); });
-}
-
 core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
                                       const farm::Communicator* communicator) {
     CalibrationPlan plan = plan_of(arguments);
@@ -309,8 +300,11 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
     if (!arguments.output.empty())
         present::make_folder(fs::path(arguments.output) / "predictions");
     try {
+        StepDisplay display(is_quiet);
         if (!arguments.is_each_alone)
-            plan.shared = shared_effects(plan, is_quiet, communicator);
+            plan.shared = calibrate::fit_shared_effects(
+                plan.read.measurements, plan.options, farm::over_ranks(communicator),
+                [&display](const std::string& step) { display.begin(step); });
     } catch (const core::NumericalError& error) { // every rank meets it
         if (is_root(communicator))
             print_error(error.what());

@@ -113,8 +113,7 @@ void write_script(cluster::BatchSystem system, const JobsArguments& arguments) {
     for (const std::string& input : arguments.inputs)
         text.inputs.push_back(fs::absolute(input).lexically_normal());
     text.output = fs::absolute(text.output).lexically_normal();
-    const fs::path program = own_program();
-    text.culm = program.empty() ? "culm" : program;
+    text.culm = own_program().empty() ? "culm" : own_program();
     text.partition = arguments.partition;
     text.account = arguments.account;
     text.ranks_per_node = request.ranks_per_node;

@@ -18,6 +18,18 @@ constexpr double small_step = 0.01;
 /// A size ended absent within this part of its prior's deviation.
 constexpr double absent_within = 1e-6;
 
+/// The prior of a shared number that suits one stem, and the number's bounds; coordinates.
+struct StemPrior {
+    ParameterPrior prior;
+    double lower = 0.0;
+    double upper = 0.0;
+};
+
+template <class Wire>
+void fields(Wire& wire, StemPrior& stem) {
+    wire(stem.prior, stem.lower, stem.upper);
+}
+
 } // namespace
 
 std::vector<SharedParameter> shared_parameters(const LaboratoryModel& model) {
@@ -279,26 +291,30 @@ void LaboratoryFit::add_priors(const LaboratoryModel& model) {
 }
 
 void LaboratoryFit::add_prior(const RigEffect& effect, std::size_t k, const std::string& name) {
+    const auto found = stems_.map([&](std::size_t s, const fit::FitOptions& options) {
+        const ObservedStem& stem = stems_.stems[s];
+        const fit::StemModel model =
+            candidate_model(fit::models_of(stem.chain, stem.recordings, options).front(),
+                            {effect.effect}, stem.recordings.front());
+        const fit::FreeParameter parameter =
+            fit::effect_parameter(*effect.effect.effect, model.spec.stem, k);
+        const auto [lower, upper] =
+            std::minmax({to_coordinate(parameter.fitted_as, parameter.lower),
+                         to_coordinate(parameter.fitted_as, parameter.upper)});
+        return StemPrior{prior_of(parameter, model), lower, upper};
+    });
     ParameterPrior mean;
     SharedPrior prior;
     double count = 0.0;
     double deviation = 0.0;
-    for (std::size_t s = 0; s < stems_.stems.size(); ++s) {
-        if (stems_.is_left_out(s) || stems_.specimens[s].rig != effect.rig)
+    for (std::size_t s = 0; s < found.size(); ++s) {
+        if (!found[s] || stems_.specimens[s].rig != effect.rig)
             continue;
-        const ObservedStem& stem = stems_.stems[s];
-        const fit::StemModel model = candidate_model(
-            fit::models_of(stem.chain, stem.recordings, stems_.options.candidate).front(),
-            {effect.effect}, stem.recordings.front());
-        const fit::FreeParameter parameter =
-            fit::effect_parameter(*effect.effect.effect, model.spec.stem, k);
-        mean = prior_of(parameter, model);
+        mean = found[s]->prior;
         deviation += mean.deviation;
         count += 1.0;
-        const double one = to_coordinate(parameter.fitted_as, parameter.lower);
-        const double other = to_coordinate(parameter.fitted_as, parameter.upper);
-        prior.lower = std::max(prior.lower, std::min(one, other));
-        prior.upper = std::min(prior.upper, std::max(one, other));
+        prior.lower = std::max(prior.lower, found[s]->lower);
+        prior.upper = std::min(prior.upper, found[s]->upper);
     }
     mean.deviation = deviation / count;
     prior.mean = mean.is_place ? 0.5 * (prior.lower + prior.upper) : mean.absent;
