@@ -65,9 +65,9 @@ class RankMap {
     /// An item is a batch of one point; its value is the batch's answer.
     void compute(const std::vector<std::size_t>& items, const std::vector<double>& costs,
                  const core::ItemMap::EncodedWork& work, Outcomes& outcomes) {
-        std::vector<Batch> batches;
-        for (const std::size_t item : items)
-            batches.push_back({{static_cast<std::int64_t>(item)}, costs[item]});
+        std::vector<Batch> batches(items.size());
+        for (std::size_t k = 0; k < items.size(); ++k)
+            batches[k] = {{static_cast<std::int64_t>(items[k])}, costs[items[k]]};
         const auto work_on_batch = [&work](const Batch& batch, Heartbeat& heartbeat) {
             BatchReport report;
             try {

@@ -58,7 +58,7 @@ EffectOwners owners_of(const LaboratoryModel& model) {
 std::string name_of(const EffectOwners& owners) {
     std::vector<std::string> names;
     for (const auto& [effect, rig] : owners)
-        names.push_back(rig.empty() ? effect + " of stems" : effect + " of rig " + rig);
+        names.push_back(fmt::format("{} of {}", effect, rig.empty() ? "stems" : "rig " + rig));
     return names.empty() ? "the published chain" : fmt::format("{}", fmt::join(names, " + "));
 }
 
@@ -141,7 +141,7 @@ bool LaboratoryFit::take_fit(std::optional<StemFit> found, std::size_t stem, boo
         return true;
     }
     if (found)
-        mine = *std::move(found);
+        mine = *found;
     mine.fit = fit::arrived(found ? std::optional(mine.fit) : std::nullopt,
                             stems_.effects_of(model, stem).all());
     if (mine.fit.failed())
