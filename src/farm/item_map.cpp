@@ -25,6 +25,8 @@ class RankMap {
         options_.progress = std::move(options.progress);
         options_.progress_interval = options.progress_interval;
         options_.silence_until_dead = options.silence_until_dead;
+        // A broadcast over a tree of ranks is faster, but does not return after a death.
+        options_.shares_answers = options.silence_until_dead.count() > 0;
     }
 
     Outcomes operator()(const std::vector<double>& costs, const core::ItemMap::EncodedWork& work) {
@@ -85,8 +87,6 @@ class RankMap {
             return report;
         };
         FarmOptions options = options_;
-        // A broadcast over a tree of ranks is faster, but does not return after a death.
-        options.shares_answers = options.silence_until_dead.count() > 0;
         if (store_)
             options.answered = [&](const BatchAnswer& answer) {
                 store_->add(number_of(items[answer.batch]), answer.bytes);
