@@ -2,6 +2,7 @@
 """Runs the culm program in an empty folder; shared by the tests of the command line."""
 
 import os
+import re
 import shutil
 import subprocess
 import tempfile
@@ -85,6 +86,15 @@ class CulmTest(unittest.TestCase):
     def write(self, name: str, text: str) -> str:
         (self.folder / name).write_text(text, encoding="utf-8")
         return name
+
+    def copy_recording(self, source: Path, folder: str, name: str, *keys: str):
+        """Copies a measurement folder; the copy's id is `name`, and [stem] has these lines too."""
+        shutil.copytree(source, self.folder / folder)
+        stem = self.folder / folder / "stem.toml"
+        text, count = re.subn(r'(?m)^id = ".*"$', "\n".join((f'id = "{name}"', *keys)),
+                              stem.read_text("utf-8"), count=1)
+        self.assertEqual(count, 1)
+        stem.write_text(text, "utf-8")
 
     def culm(self, *arguments, **options) -> subprocess.CompletedProcess:
         """Runs culm to its end in the test's folder; the options are those of subprocess.run."""

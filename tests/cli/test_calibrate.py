@@ -62,10 +62,7 @@ class Calibrate(CulmTest):
     def test_fits_the_effects_of_a_rig_to_all_its_stems(self):
         drag = TESTS / "data" / "hidden-effect" / "T2-quadratic_drag"
         for name in ("A", "B"):
-            shutil.copytree(drag, self.folder / name)
-            stem = self.folder / name / "stem.toml"
-            stem.write_text(stem.read_text("utf-8").replace('id = "T2"', f'id = "{name}"\nrig = "1"',
-                                                            1), "utf-8")
+            self.copy_recording(drag, name, name, 'rig = "1"')
         finished, together = self.calibrate("A", "B", "--with", "quadratic_drag", *QUICKLY, "-q")
         self.assertRegex(finished.stdout, r"^  quadratic_drag of rig 1, known\n"
                          r"    quadratic_drag.drag_coefficient +1\.\d+  \(95 %: ")

@@ -142,10 +142,7 @@ class Answers(Diagnose):
 class SeveralRecordings(Diagnose):
     def test_share_the_material_and_have_their_own_releases(self):
         for folder, name in (("a", "T2"), ("b", "T2.again")):
-            shutil.copytree(DRAG, self.folder / "both" / folder)
-            stem = self.folder / "both" / folder / "stem.toml"
-            stem.write_text(stem.read_text("utf-8").replace(
-                'id = "T2"', f'id = "{name}"\nspecimen = "T2"'), "utf-8")
+            self.copy_recording(DRAG, f"both/{folder}", name, 'specimen = "T2"')
         finished, found = self.diagnose("both", *COARSE, "--candidates", "quadratic_drag")
         self.assertEqual(found["measurement"], "T2+T2.again")
         self.assertEqual(found["measurements"], ["T2", "T2.again"])
@@ -232,10 +229,7 @@ class Laboratory(Diagnose):
     def setUp(self):
         super().setUp()
         for name in ("A", "B"):
-            shutil.copytree(DRAG, self.folder / name)
-            stem = self.folder / name / "stem.toml"
-            stem.write_text(stem.read_text("utf-8").replace(
-                'id = "T2"', f'id = "{name}"\nrig = "1"', 1))
+            self.copy_recording(DRAG, name, name, 'rig = "1"')
 
     def test_shares_the_drag_of_the_rig_and_is_the_same_on_two_ranks(self):
         arguments = ("A", "B", "--spheres", "12", "--window", "0.2", "--candidates",

@@ -198,9 +198,7 @@ class Sizes(CulmTest):
 
     def test_of_a_laboratory_come_from_its_recordings(self):
         for name in ("A", "B", "C"):
-            shutil.copytree(ROOT / "tests/data/measurements/T1-null", self.folder / "lab" / name)
-            stem = self.folder / "lab" / name / "stem.toml"
-            stem.write_text(stem.read_text("utf-8").replace('id = "T1"', f'id = "{name}"'), "utf-8")
+            self.copy_recording(ROOT / "tests/data/measurements/T1-null", f"lab/{name}", name)
         finished = self.culm("jobs", "slurm", "lab", "--nodes", "1", "--ranks-per-node", "2")
         self.assert_exit(finished, DONE)
         self.assertRegex(finished.stderr, r"^3 stems to compute, [\d.]+ core seconds on ")
