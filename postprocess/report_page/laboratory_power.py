@@ -33,7 +33,7 @@ def of_rig(name: str) -> str:
 
 
 def _power_sentence(effect: dict, count: int) -> str:
-    """What more stems would do for the effect; empty if the document does not say it."""
+    """The use of more stems for the effect; empty if the document does not state it."""
     name = f"{effect['effect']}{of_rig(effect['rig'])}"
     needed, probability = effect["stems_needed"] or 0, effect["probability"] or 0.0
     if needed > 0:
@@ -54,13 +54,13 @@ def _has_power(effect: dict) -> bool:
 
 
 def _probabilities(effect: dict, count: int, stems: np.ndarray) -> np.ndarray:
-    """Of the effect with so many stems, if every further one adds as much as one of the `count`."""
+    """The effect's probability with `stems`; each adds as much as the mean of the `count` ones."""
     log_odds = effect["log_odds"] + (stems - count) * effect["log_odds_per_stem"]
     return 1.0 / (1.0 + np.exp(-np.clip(log_odds, -700.0, 700.0)))
 
 
 def add_power(section: Section, laboratory: Laboratory):
-    """What more stems would do for each effect, in sentences, as curves and as a table."""
+    """The use of more stems for each effect, in sentences, as curves and as a table."""
     effects = [effect for effect in laboratory.content["rig_effects"] if not effect["known"]]
     if not effects:
         return

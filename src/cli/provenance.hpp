@@ -56,7 +56,7 @@ class RunProvenance {
     /// (of all ranks since they were started), ranks, and of every input file its size and CRC-32;
     /// complete on rank 0. Collective.
     [[nodiscard]] nlohmann::json document() const;
-    /// Of every input file its path, size and CRC-32; on rank 0.
+    /// Path, size and CRC-32 of every input file; on rank 0.
     [[nodiscard]] const nlohmann::json& inputs() const { return inputs_; }
 
   private:

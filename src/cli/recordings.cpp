@@ -13,7 +13,7 @@
 namespace culm::cli {
 namespace {
 
-/// Simulations of a stem: for its fits, and for the effects of each candidate.
+/// Simulations of a stem of lab-rig, from the times with 3 and with 21 candidates.
 constexpr double simulations_for_fits = 1300.0;
 constexpr double simulations_for_candidate = 55.0;
 

@@ -56,9 +56,8 @@ void write_results(const RecordingArguments& arguments,
                    std::span<const measure::Measurement> recordings, const std::string& file,
                    const nlohmann::json& document);
 
-/// (specimens) s on one core of the reference machine, to within a factor of two: the
-/// time of one simulation of the recordings times the number of simulations that a diagnosis with
-/// so many candidates usually needs (docs/performance.md).
+/// (specimens) Time of a diagnosis on one core of the reference machine, s, within a factor of two:
+/// the time of a simulation times the usual number of simulations.
 [[nodiscard]] std::vector<double> expected_seconds(std::span<const diagnose::Specimen> specimens,
                                                    const fit::ChainOptions& chain,
                                                    std::size_t candidates);

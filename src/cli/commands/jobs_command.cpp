@@ -56,7 +56,7 @@ std::vector<std::int64_t> missing_points(const study::Study& study,
     return missing;
 }
 
-/// What a job computes.
+/// The work of a job.
 struct Work {
     cluster::JobText text; ///< without the user's partition and account
     std::vector<farm::Batch> batches;
@@ -113,7 +113,8 @@ void write_script(cluster::BatchSystem system, const JobsArguments& arguments) {
     for (const std::string& input : arguments.inputs)
         text.inputs.push_back(fs::absolute(input).lexically_normal());
     text.output = fs::absolute(text.output).lexically_normal();
-    text.culm = own_program().empty() ? "culm" : own_program();
+    const fs::path program = own_program();
+    text.culm = program.empty() ? "culm" : program;
     text.partition = arguments.partition;
     text.account = arguments.account;
     text.ranks_per_node = request.ranks_per_node;

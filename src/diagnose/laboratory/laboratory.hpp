@@ -33,8 +33,8 @@ struct RigAnswer {
     std::vector<SharedValue> values; ///< empty: the best model does not contain it
     /// About how many stems like these make it certain; 0: it is, or more stems do not help.
     double stems_needed = 0.0;
-    /// Of the likeliest model with the effect against the likeliest without it, and the part of it
-    /// that each further stem like these adds; NaN: only one of the two was fitted.
+    /// The likeliest model with the effect against the likeliest without it, and the part that each
+    /// further stem like these adds; NaN: only one of the two was fitted.
     double log_odds = std::numeric_limits<double>::quiet_NaN();
     double log_odds_per_stem = std::numeric_limits<double>::quiet_NaN();
 };
