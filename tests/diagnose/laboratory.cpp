@@ -3,7 +3,9 @@
 
 #include "beam_generator/recording.hpp"
 #include "core/error.hpp"
+#include "diagnose/laboratory/laboratory_fit.hpp"
 #include "diagnosis_records.hpp"
+#include "physics/effects/selection.hpp"
 
 #include <cmath>
 #include <string>
@@ -143,6 +145,19 @@ TEST(Specimens, AreTheRecordingsUnlessTheyNameOne) {
     EXPECT_EQ(found[1].name, "b");
     recordings[2].rig = "B";
     EXPECT_THROW(static_cast<void>(diagnose::specimens_of(recordings)), core::InputError);
+}
+
+// The special case of a stem's own effect may be an effect of its rig already.
+TEST(LaboratoryModel, FailsIfAStemsEffectsCannotBeCombined) {
+    const std::vector<diagnose::Specimen> specimens{{"S1", "A", {}}, {"S2", "A", {}}};
+    const diagnose::DiagnosisOptions options;
+    const diagnose::LaboratoryStems stems(specimens, options);
+    const physics::SelectedEffect drag = physics::parse_effect("viscous_drag", {});
+    diagnose::LaboratoryModel model;
+    model.rig_effects = {{drag, "A", {0.0}, false}};
+    model.own = {{}, {drag}};
+    diagnose::LaboratoryFit(stems).fit(model);
+    EXPECT_EQ(model.failure, "its effects cannot be combined in S2");
 }
 
 TEST(Laboratory, SharesTheDragOfARigAndFindsTheMassOfOneStem) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/laboratory/laboratory_fit.hpp"
 
+#include "diagnose/planned_model.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -105,6 +107,11 @@ RigEffect LaboratoryStems::with_default_values(const physics::SelectedEffect& ef
 }
 
 void LaboratoryFit::fit(LaboratoryModel& model, const std::set<std::size_t>& with_new_own) {
+    for (std::size_t s = 0; s < stems_.specimens.size(); ++s)
+        if (!can_be_combined(stems_.effects_of(model, s).all())) {
+            model.failure = "its effects cannot be combined in " + stems_.specimens[s].name;
+            return;
+        }
     std::vector<Eigen::VectorXd> changes(stems_.stems.size());
     double reached = -std::numeric_limits<double>::infinity();
     for (int step = 0; step < most_newton_steps; ++step) {

@@ -110,6 +110,7 @@ class LaboratoryFit {
     /// Newton's method for the shared numbers, from the model's values. The stems' own numbers are
     /// fitted in every step, and follow the step linearly before that. Stems `with_new_own` have an
     /// own effect that their fit does not have; one that ends absent is removed from the stem.
+    /// Fails if a stem has effects that cannot be combined.
     void fit(LaboratoryModel& model, const std::set<std::size_t>& with_new_own = {});
 
     /// log Z = Σ_s [log L_s + log π(θ_s) + ½ d_θ log 2π − ½ log|H_θθ,s|] + log π(φ) + ½ d_φ log 2π
