@@ -18,6 +18,12 @@ namespace culm::archive {
     return std::accumulate(shape.begin(), shape.end(), hsize_t{1}, std::multiplies<>());
 }
 
+/// HDF5 1.10 keeps short texts in a heap without checksums and does not check the sizes in it: a
+/// flipped bit there may crash the process that reads it, or keep it busy forever. A child process
+/// therefore performs `reading` first, with limited time. StorageError if the child dies; its
+/// exceptions are ignored. Not for processes with several threads.
+void require_survival(const std::filesystem::path& path, const std::function<void()>& reading);
+
 /// An HDF5 file opened for reading. Objects are named by their absolute paths. Every failure is a
 /// StorageError with the file's path and the object's name. An object is refused if culm does not
 /// write its type or shape, or if its shape exceeds the size of the file. External links are not

@@ -20,11 +20,6 @@ namespace culm::archive {
 
 namespace {
 
-std::shared_ptr<const Hdf5Input> open_input(const std::filesystem::path& path) {
-    const Hdf5Silence silence;
-    return std::make_shared<const Hdf5Input>(path);
-}
-
 /// The version of culm that wrote the file; its location is the same in every format.
 std::string writer_of(const Hdf5Input& input) {
     return input.has("/h5md/creator") && input.has_attribute("/h5md/creator", "version")
@@ -115,8 +110,14 @@ std::vector<PointStatus> read_statuses(const Hdf5Input& input, std::int64_t poin
 
 } // namespace
 
-StudyFile::StudyFile(const std::filesystem::path& path) : input_(open_input(path)) {
+StudyFile::StudyFile(const std::filesystem::path& path) {
+    require_survival(path, [&] { open(path); });
+    open(path);
+}
+
+void StudyFile::open(const std::filesystem::path& path) {
     const Hdf5Silence silence;
+    input_ = std::make_shared<const Hdf5Input>(path);
     require_format(*input_);
     description_ = read_description(*input_);
     statuses_ = read_statuses(*input_, description_.points);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Reading DIR/study.h5, the archive of a study, and checking whether every byte of its data is
-// unchanged, and whether HDF5 can open it without crashing.
+// unchanged.
 #pragma once
 
 #include "archive/point_record.hpp"
@@ -21,8 +21,9 @@ class Hdf5Input;
 /// numbers, but a StorageError that names the dataset.
 class StudyFile {
   public:
-    /// StorageError: not an HDF5 file, truncated, damaged, or locked. InputError: not a culm study,
-    /// or its major format version is unknown.
+    /// A child process opens the file first: HDF5 may crash on a damaged one. Not for processes
+    /// with several threads. StorageError: not an HDF5 file, truncated, damaged, or locked.
+    /// InputError: not a culm study, or its major format version is unknown.
     explicit StudyFile(const std::filesystem::path& path);
 
     [[nodiscard]] const std::filesystem::path& path() const;
@@ -66,6 +67,7 @@ class StudyFile {
     [[nodiscard]] std::optional<PointRecord> record(std::int64_t point) const;
 
   private:
+    void open(const std::filesystem::path& path);
     void require_point(std::int64_t point) const;
     /// The values, or StorageError if there are more or fewer.
     [[nodiscard]] std::vector<double>
@@ -106,11 +108,5 @@ struct Verification {
 /// Reads every chunk of every dataset, which makes HDF5 check its checksum, and the checksums of
 /// the texts. StorageError or InputError if the file cannot be opened as a culm study at all.
 [[nodiscard]] Verification verify(const std::filesystem::path& path);
-
-/// HDF5 1.10 keeps short texts in a heap without checksums and does not check the sizes in it: a
-/// flipped bit there may crash the process that reads it, or keep it busy forever. A child process
-/// therefore reads everything except the numbers first, for a limited time. Returns how the child
-/// died; empty if it did not. Not for processes with several threads.
-[[nodiscard]] std::string death_while_opening(const std::filesystem::path& path);
 
 } // namespace culm::archive

@@ -5,16 +5,8 @@
 #include "core/error.hpp"
 
 #include <algorithm>
-#include <cerrno>
 #include <cmath>
 #include <cstddef>
-#include <exception>
-
-#include <fcntl.h>
-#include <fmt/format.h>
-#include <sys/resource.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 namespace culm::archive {
 
@@ -147,37 +139,25 @@ herr_t collect_dataset(hid_t, const char* name, const H5O_info_t* info, void* da
     return 0;
 }
 
-/// In the child: opens the file, prints nothing, writes no core file, and ends.
-[[noreturn]] void open_and_exit(const std::filesystem::path& path) {
-    // A crash is possible here and must not fill the user's folder with core files.
-    const rlimit nothing{0, 0};
-    (void)::setrlimit(RLIMIT_CORE, &nothing);
-    const rlimit patience{20, 20}; // s of processor time; an intact file takes milliseconds
-    (void)::setrlimit(RLIMIT_CPU, &patience);
-    if (const int silence = ::open("/dev/null", O_WRONLY); silence >= 0)
-        (void)::dup2(silence, STDERR_FILENO); // the C library reports a broken heap there
-    try {
-        const StudyFile file(path);
-    } catch (const std::exception&) {
-        ::_exit(0); // a normal error: the parent will meet the same
-    }
-    ::_exit(0);
+std::vector<std::string> dataset_names(const Hdf5Input& input) {
+    std::vector<std::string> names;
+    // Native order: for sorted order HDF5 1.10.8 makes a table of a group's links, and frees
+    // uninitialised entries of it if the group is damaged.
+    checked(H5Ovisit2(input.root(), H5_INDEX_NAME, H5_ITER_NATIVE, &collect_dataset, &names,
+                      H5O_INFO_BASIC),
+            "list the datasets", input.path());
+    std::ranges::sort(names);
+    return names;
 }
 
 } // namespace
 
 Verification verify(const std::filesystem::path& path) {
     const Hdf5Silence silence;
+    require_survival(path, [&path] { (void)dataset_names(Hdf5Input(path)); });
     const Hdf5Input input(path);
-    std::vector<std::string> names;
-    // Native order: for sorted order HDF5 1.10.8 makes a table of a group's links, and frees
-    // uninitialised entries of it if the group is damaged.
-    checked(H5Ovisit2(input.root(), H5_INDEX_NAME, H5_ITER_NATIVE, &collect_dataset, &names,
-                      H5O_INFO_BASIC),
-            "list the datasets", path);
-    std::ranges::sort(names);
     Verification verification;
-    for (const std::string& name : names) {
+    for (const std::string& name : dataset_names(input)) {
         const DamagedDataset result = examine(input, name);
         ++verification.datasets;
         verification.chunks += result.chunks;
@@ -185,24 +165,6 @@ Verification verify(const std::filesystem::path& path) {
             verification.damaged.push_back(result);
     }
     return verification;
-}
-
-std::string death_while_opening(const std::filesystem::path& path) {
-    const pid_t child = ::fork();
-    if (child < 0)
-        return {}; // fork failed: the parent opens the file without this test
-    if (child == 0)
-        open_and_exit(path);
-    int state = 0;
-    pid_t ended = 0;
-    do {
-        ended = ::waitpid(child, &state, 0);
-    } while (ended < 0 && errno == EINTR);
-    if (ended != child || !WIFSIGNALED(state))
-        return {};
-    return fmt::format("{}: damaged in a part that has no checksum: HDF5 itself crashes or does "
-                       "not terminate (signal {})",
-                       path.string(), WTERMSIG(state));
 }
 
 } // namespace culm::archive

@@ -45,11 +45,6 @@ void read_archive(const StudyFolder& folder, FolderDepth depth, FolderState& sta
         return;
     std::error_code ignored; // the size is for people
     state.archive_bytes = fs::file_size(folder.archive(), ignored);
-    // HDF5 may crash on a damaged file (verify.cpp), and this command must handle damaged files.
-    if (std::string death = archive::death_while_opening(folder.archive()); !death.empty()) {
-        state.problems.push_back(std::move(death));
-        return;
-    }
     attempt(state, [&] {
         const archive::StudyFile file(folder.archive());
         state.archive = file.description();
