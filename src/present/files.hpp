@@ -73,13 +73,18 @@ template <class One>
     return std::isnan(value) ? std::string(",") : fmt::format(",{:.6g}", value);
 }
 
+/// Closes the file. Throws core::StorageError unless everything is written.
+inline void require_written(std::ofstream& out, const std::filesystem::path& file) {
+    out.close();
+    if (!out)
+        throw core::StorageError(fmt::format("{}: cannot be written", file.string()));
+}
+
 /// Throws core::StorageError.
 inline void write_text(const std::filesystem::path& file, const std::string& text) {
     std::ofstream out(file);
     out << text;
-    out.flush();
-    if (!out)
-        throw core::StorageError(fmt::format("{}: cannot be written", file.string()));
+    require_written(out, file);
 }
 
 /// Writes to the file, or to standard output for "-". Throws core::StorageError.

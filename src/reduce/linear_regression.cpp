@@ -21,7 +21,7 @@ constexpr double rank_threshold = 1e-10;
     throw core::NumericalError(core::FailureKind::FitFailed, sentence);
 }
 
-void check_input(const Eigen::MatrixXd& design, const Eigen::VectorXd& response,
+void check_input(const Eigen::MatrixXd& design, const Eigen::Ref<const Eigen::VectorXd>& response,
                  std::span<const std::string> names) {
     if (design.rows() != response.size() ||
         design.cols() != static_cast<Eigen::Index>(names.size()) || names.empty())
@@ -47,7 +47,8 @@ bool has_constant_column(const Eigen::MatrixXd& design) {
 }
 
 /// R² and its adjustment for the number of coefficients.
-void set_quality(const Eigen::VectorXd& response, bool about_mean, LinearRegression& result) {
+void set_quality(const Eigen::Ref<const Eigen::VectorXd>& response, bool about_mean,
+                 LinearRegression& result) {
     const double centre = about_mean ? response.mean() : 0.0;
     const double total = (response.array() - centre).square().sum();
     const auto total_freedom = static_cast<double>(response.size() - (about_mean ? 1 : 0));
@@ -73,10 +74,10 @@ void set_coefficients(const Eigen::VectorXd& values, std::span<const std::string
 
 } // namespace
 
-LinearRegression regress(const Eigen::MatrixXd& design, std::span<const double> response,
+LinearRegression regress(Eigen::MatrixXd design, std::span<const double> response,
                          std::span<const std::string> names) {
-    const Eigen::VectorXd observed = Eigen::Map<const Eigen::VectorXd>(
-        response.data(), static_cast<Eigen::Index>(response.size()));
+    const Eigen::Map<const Eigen::VectorXd> observed(response.data(),
+                                                     static_cast<Eigen::Index>(response.size()));
     check_input(design, observed, names);
     // Columns of length one: the rank then does not depend on the units of the regressors.
     const Eigen::VectorXd scale = design.colwise().norm();
@@ -84,17 +85,25 @@ LinearRegression regress(const Eigen::MatrixXd& design, std::span<const double> 
         if (scale[j] == 0.0)
             fail(fmt::format("the regressor \"{}\" is zero everywhere",
                              names[static_cast<std::size_t>(j)]));
-    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(design.rows(), design.cols());
+    const bool about_mean = has_constant_column(design);
+    design.array().rowwise() /= scale.transpose().array();
+    // In place: a study has millions of rows.
+    Eigen::ColPivHouseholderQR<Eigen::Ref<Eigen::MatrixXd>> qr(design);
     qr.setThreshold(rank_threshold);
-    qr.compute(design * scale.cwiseInverse().asDiagonal());
     if (qr.rank() < design.cols()) {
         const Eigen::Index dependent = qr.colsPermutation().indices()[qr.rank()];
         fail(fmt::format("the regressor \"{}\" depends linearly on the others: its coefficient is "
                          "not identifiable from this design",
                          names[static_cast<std::size_t>(dependent)]));
     }
-    const Eigen::VectorXd values = scale.cwiseInverse().cwiseProduct(qr.solve(observed));
-    const Eigen::VectorXd residuals = observed - design * values;
+    const auto triangle = qr.matrixR().topRows(design.cols()).triangularView<Eigen::Upper>();
+    // Qᵀy: the first numbers give the coefficients, the others the residuals.
+    Eigen::VectorXd residuals = observed;
+    residuals.applyOnTheLeft(qr.householderQ().adjoint());
+    const Eigen::VectorXd values = scale.cwiseInverse().cwiseProduct(
+        qr.colsPermutation() * triangle.solve(residuals.head(design.cols())));
+    residuals.head(design.cols()).setZero();
+    residuals.applyOnTheLeft(qr.householderQ());
 
     LinearRegression result;
     result.residuals.assign(residuals.begin(), residuals.end());
@@ -110,13 +119,10 @@ LinearRegression regress(const Eigen::MatrixXd& design, std::span<const double> 
     result.sigma = std::sqrt(variance);
     // (XᵀX)⁻¹ = (R⁻¹)(R⁻¹)ᵀ of X = QR, without ever forming XᵀX, whose condition is squared.
     Eigen::MatrixXd root = Eigen::MatrixXd::Identity(design.cols(), design.cols());
-    qr.matrixR()
-        .topLeftCorner(design.cols(), design.cols())
-        .triangularView<Eigen::Upper>()
-        .solveInPlace(root);
+    triangle.solveInPlace(root);
     root = scale.cwiseInverse().asDiagonal() * (qr.colsPermutation() * root);
     result.covariance = variance * root * root.transpose();
-    set_quality(observed, has_constant_column(design), result);
+    set_quality(observed, about_mean, result);
     set_coefficients(values, names, result);
     return result;
 }

@@ -40,8 +40,7 @@ struct Prediction : Estimate {
 /// `design` has the shape (rows, columns), `response` (rows), `names` (columns).
 /// Throws core::NumericalError (FitFailed) if the rows do not outnumber the columns, a number is
 /// not finite, or the columns are linearly dependent (the text names a dependent one).
-[[nodiscard]] LinearRegression regress(const Eigen::MatrixXd& design,
-                                       std::span<const double> response,
+[[nodiscard]] LinearRegression regress(Eigen::MatrixXd design, std::span<const double> response,
                                        std::span<const std::string> names);
 
 /// The response at a row of the design, shape (columns).

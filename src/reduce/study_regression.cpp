@@ -9,6 +9,7 @@
 #include <cmath>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -63,7 +64,7 @@ LinearRegression regress_on_terms(const PredictorPair& predictors, std::span<con
             design(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(j)) =
                 term_value(terms[j], predictors.first[i], predictors.second[i]);
     }
-    return regress(design, response, names);
+    return regress(std::move(design), response, names);
 }
 
 void check_significance(double significance) {
@@ -129,15 +130,17 @@ PredictorRange range_of(const std::vector<double>& values) {
     return {lowest, highest};
 }
 
-ResidualSummary summarise(const LinearRegression& regression, std::span<const double> observed) {
-    double largest = 0.0;
-    for (const double value : observed)
-        largest = std::max(largest, std::abs(value));
-    ResidualSummary summary;
-    for (const double residual : regression.residuals)
-        summary.percent.push_back(100.0 * residual / largest);
-    summary.histogram = make_histogram(summary.percent);
-    return summary;
+/// Takes the residuals out of the regression: there may be millions.
+ResidualSummary summarise(LinearRegression& regression, std::span<const double> observed) {
+    const auto largest_of = [](std::span<const double> values) {
+        const auto [lowest, highest] = std::ranges::minmax(values);
+        return std::max(std::abs(lowest), std::abs(highest));
+    };
+    std::vector<double> percent = std::exchange(regression.residuals, {});
+    const double scale = 100.0 / largest_of(observed);
+    for (double& value : percent)
+        value *= scale;
+    return {largest_of(percent), make_histogram(percent)};
 }
 
 /// Empty if the single-predictor law is identifiable, else the reason.
@@ -297,7 +300,7 @@ TimestepLawOutcome fit_law(const std::vector<Stem>& stems, const std::array<std:
     }
     TimestepLawOutcome outcome;
     try {
-        TimestepLaw law{regress(design, responses, names), {}, 0.0};
+        TimestepLaw law{regress(std::move(design), responses, names), {}, 0.0};
         for (const Stem& stem : stems) {
             law.residuals.push_back(stem.limit / fitted(law.regression.coefficients, stem) - 1.0);
             law.largest_residual = std::max(law.largest_residual, std::abs(law.residuals.back()));

@@ -60,8 +60,8 @@ struct StudyPoints {
 
 /// Residuals, observed − fitted, in per cent of the largest observed response (Fig. 8).
 struct ResidualSummary {
-    std::vector<double> percent; ///< (points)
-    Histogram histogram;         ///< of `percent`
+    double largest = 0.0; ///< absolute
+    Histogram histogram;
 };
 
 /// response = intercept + slope · predictor: Eq. 12 or 13 of Schramm et al. (2019).
@@ -69,7 +69,7 @@ struct SinglePredictorLaw {
     Term predictor = Term::First; ///< First: decay per cycle; Second: frequency
     Coefficient intercept;
     Coefficient slope;
-    LinearRegression regression; ///< adjusted R², sigma, covariance
+    LinearRegression regression; ///< adjusted R², sigma, covariance; without residuals
     ResidualSummary residuals;
 };
 

@@ -53,8 +53,7 @@ class TwoRanks(CulmTest):
         (self.folder / "out/summary.json").mkdir(parents=True)
         code, _, errors = self.launch("run", "s.toml", "-o", "out", "-q")
         self.assertEqual(code, STOPPED_EARLY)
-        self.assertEqual(errors.count("culm: out: summary.json and fits.csv could not be written"),
-                         1)
+        self.assertEqual(errors.count("culm: out/summary.json: cannot be written"), 1)
 
 
 class TwoRanksInterrupted(CulmTest):

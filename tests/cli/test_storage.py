@@ -88,7 +88,7 @@ class FullDisk(CulmTest):
         stopped = self.culm("run", "s.toml", "-o", "out", "-q")
         self.assert_exit(stopped, STOPPED_EARLY)
         self.assertEqual(stopped.stderr,
-                         "culm: out: summary.json and fits.csv could not be written\n"
+                         "culm: out/summary.json: cannot be written\n"
                          "Nothing computed so far is lost. Once the disk can be written again, continue "
                          "with --resume.\n")
         (self.folder / "out/summary.json").rmdir()

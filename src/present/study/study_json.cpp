@@ -11,6 +11,7 @@
 #include <vector>
 
 #include <fmt/format.h>
+#include <fmt/ostream.h>
 
 namespace culm::present {
 namespace {
@@ -215,20 +216,6 @@ std::string step_errors_csv(const TimestepSummary& summary) {
     return csv;
 }
 
-/// Writes texts into files of the folder. Throws core::StorageError, which calls them `names`.
-void write_files(const StudyFolder& folder, const char* names,
-                 const std::vector<std::pair<std::string, std::string>>& files) {
-    bool is_written = true;
-    for (const auto& [name, text] : files) {
-        std::ofstream file(folder.path() / name);
-        file << text << std::flush;
-        is_written = is_written && file;
-    }
-    if (!is_written)
-        throw core::StorageError(
-            fmt::format("{}: {} could not be written", folder.path().string(), names));
-}
-
 /// The members that the summaries of all kinds of studies have.
 json run_json(const study::SummaryOfRun& run) {
     const auto failed = [](const study::FailedPoint& point) -> json {
@@ -293,20 +280,20 @@ nlohmann::json to_json(const TimestepSummary& summary) {
 }
 
 void write_summary(const StudyFolder& folder, const study::StudySummary& summary) {
-    std::string csv = "point,bond_youngs_modulus_pa,bond_damping,decay_per_cycle,frequency_hz\n";
+    write_text(folder.path() / "summary.json", to_json(summary).dump(2) + '\n');
+    const std::filesystem::path path = folder.path() / "fits.csv";
+    std::ofstream csv(path);
+    fmt::print(csv, "point,bond_youngs_modulus_pa,bond_damping,decay_per_cycle,frequency_hz\n");
     for (std::size_t k = 0; k < summary.frequency.size(); ++k)
-        csv +=
-            fmt::format("{},{},{},{},{}\n", k, summary.youngs_modulus[k], summary.bond_damping[k],
-                        summary.decay_per_cycle[k], summary.frequency[k]);
-    write_files(folder, "summary.json and fits.csv",
-                {{"summary.json", to_json(summary).dump(2) + '\n'}, {"fits.csv", csv}});
+        fmt::print(csv, "{},{},{},{},{}\n", k, summary.youngs_modulus[k], summary.bond_damping[k],
+                   summary.decay_per_cycle[k], summary.frequency[k]);
+    require_written(csv, path);
 }
 
 void write_summary(const StudyFolder& folder, const TimestepSummary& summary) {
-    write_files(folder, "summary.json, limits.csv and step_errors.csv",
-                {{"summary.json", to_json(summary).dump(2) + '\n'},
-                 {"limits.csv", limits_csv(summary)},
-                 {"step_errors.csv", step_errors_csv(summary)}});
+    write_text(folder.path() / "summary.json", to_json(summary).dump(2) + '\n');
+    write_text(folder.path() / "limits.csv", limits_csv(summary));
+    write_text(folder.path() / "step_errors.csv", step_errors_csv(summary));
 }
 
 nlohmann::ordered_json to_json(const study::Repetition& repetition) {

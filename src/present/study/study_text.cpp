@@ -127,11 +127,8 @@ std::string law(const char* response, const char* predictor, const char* publish
         response, slope.value, predictor, intercept.value < 0 ? "-" : "+",
         std::abs(intercept.value), found.single.regression.adjusted_r_squared, found.points,
         published, slope.lower, slope.upper, intercept.lower, intercept.upper);
-    double largest = 0.0;
-    for (const double residual : found.single.residuals.percent)
-        largest = std::max(largest, std::abs(residual));
-    text +=
-        fmt::format("    largest residual:   {:.2f} % of the largest observed value\n", largest);
+    text += fmt::format("    largest residual:   {:.2f} % of the largest observed value\n",
+                        found.single.residuals.largest);
     if (!found.reduced) {
         text += fmt::format("    F-tests:            {}\n", found.no_reduced_reason);
         return text;

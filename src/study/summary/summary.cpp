@@ -26,12 +26,6 @@ namespace culm::study {
 
 namespace {
 
-/// Fitted values that the regressions use; NaN when there is no fit.
-struct FittedPoint {
-    double decay_per_cycle = std::numeric_limits<double>::quiet_NaN();
-    double frequency = std::numeric_limits<double>::quiet_NaN(); ///< Hz
-};
-
 /// Failed and missing points have no number.
 double sum_of_numbers(const std::vector<double>& values) {
     double sum = 0.0;
@@ -40,17 +34,20 @@ double sum_of_numbers(const std::vector<double>& values) {
     return sum;
 }
 
-/// Fits a stored history again; `reason` is set when there is no fit.
-FittedPoint fit_again(const archive::StudyFile& file, std::int64_t point,
-                      const ReduceOptions& options, std::string& reason) {
+/// Fits a stored history again. Returns the reason if there is no fit, whose numbers are then NaN.
+std::string fit_again(const archive::StudyFile& file, std::int64_t point, StudySummary& summary) {
+    reduce::RingDownFit fit;
+    std::string reason;
+    fit.decay_per_cycle = fit.frequency = std::numeric_limits<double>::quiet_NaN();
     try {
-        const auto fit = reduce::fit_ring_down(file.description().times, file.tip_deflection(point),
-                                               fit_options(options));
-        return {fit.decay_per_cycle, fit.frequency};
+        fit = reduce::fit_ring_down(file.description().times, file.tip_deflection(point),
+                                    fit_options(summary.reduce));
     } catch (const core::NumericalError& error) {
         reason = error.what();
-        return {};
     }
+    summary.decay_per_cycle[static_cast<std::size_t>(point)] = fit.decay_per_cycle;
+    summary.frequency[static_cast<std::size_t>(point)] = fit.frequency;
+    return reason;
 }
 
 constexpr std::size_t richardson_steps = 3;
@@ -232,31 +229,26 @@ StudySummary reduce_study(const ArchivedStudy& archived, const std::optional<Red
         summary.work.emplace_back(name, sum_of_numbers(file.result(name)));
     summary.reduce = refit.value_or(archived.study.config.reduce);
     summary.reduce.significance = significance.value_or(summary.reduce.significance);
-    const std::vector<double> stored_decays = file.result("decay_per_cycle");
-    const std::vector<double> stored_frequencies = file.result("frequency");
+    summary.decay_per_cycle = file.result("decay_per_cycle");
+    summary.frequency = file.result("frequency");
     for (std::int64_t point = 0; point < summary.points; ++point) {
         const run::CaseSpec spec =
             case_of_point(archived.study.config, archived.study.design, point);
-        const auto k = static_cast<std::size_t>(point);
-        FittedPoint fit{stored_decays[k], stored_frequencies[k]};
         if (file.status(point) == archive::PointStatus::Completed) {
             std::string reason;
             // An archived history without a fit is fitted again to obtain the reason.
-            if (refit || !std::isfinite(fit.frequency))
-                fit = fit_again(file, point, summary.reduce, reason);
+            if (refit || !std::isfinite(summary.frequency[static_cast<std::size_t>(point)]))
+                reason = fit_again(file, point, summary);
             if (reason.empty())
                 ++summary.completed;
             else
                 summary.failed.push_back(
                     {point, core::to_string(core::FailureKind::FitFailed), reason});
         } else {
-            fit = {};
             summary.add_unanswered(file, point);
         }
         summary.youngs_modulus.push_back(spec.stem.bond_youngs_modulus);
         summary.bond_damping.push_back(spec.stem.bond_damping);
-        summary.decay_per_cycle.push_back(fit.decay_per_cycle);
-        summary.frequency.push_back(fit.frequency);
     }
     summary.regression = reduce::regress_study(
         {summary.youngs_modulus, summary.bond_damping, summary.decay_per_cycle, summary.frequency},
