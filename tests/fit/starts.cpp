@@ -112,22 +112,21 @@ std::vector<Ends> ends_of_each_start() {
     return ends;
 }
 
-// Without either restart the policy would end where the one solution does.
-TEST(Restarts, ContinueAfterTheLastIterationAndWithoutParametersAtABound) {
-    bool was_unfinished = false;
-    bool was_at_bound = false;
+// Without the restarts the policy would end where the one solution does. Which of the two restarts
+// is needed from which start depends on rounding, hence on the processor.
+TEST(Restarts, ContinueAfterTheLastIterationOrWithoutParametersAtABound) {
+    bool was_needed = false;
     for (const Ends& ends : ends_of_each_start()) {
         const double gain = ends.solution.chi_squared - ends.policy.chi_squared;
         EXPECT_GT(gain, -1.0);
         if (gain < 25.0) // five standard deviations
             continue;
-        was_unfinished |= ends.solution.status == fit::FitStatus::NotConverged;
-        was_at_bound |=
-            ends.solution.status == fit::FitStatus::Fitted &&
-            std::ranges::any_of(ends.solution.parameters, &fit::FittedParameter::is_at_bound);
+        was_needed = true;
+        EXPECT_TRUE(
+            ends.solution.status == fit::FitStatus::NotConverged ||
+            std::ranges::any_of(ends.solution.parameters, &fit::FittedParameter::is_at_bound));
     }
-    EXPECT_TRUE(was_unfinished);
-    EXPECT_TRUE(was_at_bound);
+    EXPECT_TRUE(was_needed);
 }
 
 } // namespace
