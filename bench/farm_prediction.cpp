@@ -11,6 +11,7 @@
 #include "study/execute/point_results.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
@@ -48,6 +49,13 @@ std::vector<MeasuredBatch> measure_batches(const char* file) {
         measured.push_back({batch.cost, time_repeats(repeats, compute).least()});
     }
     return measured;
+}
+
+double mean_seconds(const std::vector<MeasuredBatch>& measured) {
+    double sum = 0.0;
+    for (const MeasuredBatch& batch : measured)
+        sum += batch.seconds;
+    return sum / static_cast<double>(measured.size());
 }
 
 /// A study of `count` batches drawn from the measured ones, in the order of the plan.
@@ -93,11 +101,14 @@ void print_table(const std::vector<MeasuredBatch>& measured, const FarmModel& ne
         "| with opening | messages/s | rank 0 in messages | largest delay, ms |\n"
         "|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|---:|\n",
         1e6 * network.latency, 1e6 * network.handling, 1e6 * network.beat);
-    for (const double scale : {1.0, 30.0})
-        for (const std::size_t count : {std::size_t{100'000}, std::size_t{1'000'000}}) {
-            const DrawnStudy study = draw(measured, count, scale);
-            const double work = std::accumulate(study.seconds.begin(), study.seconds.end(), 0.0);
-            for (const int ranks : {64, 1024, 16384}) {
+    for (const double scale : {1.0, 30.0, 300.0})
+        for (const int ranks : {64, 1024, 16384})
+            for (const double seconds_per_rank : {2.0, 60.0}) {
+                const auto count = static_cast<std::size_t>(
+                    std::ceil(seconds_per_rank * ranks / (scale * mean_seconds(measured))));
+                const DrawnStudy study = draw(measured, count, scale);
+                const double work =
+                    std::accumulate(study.seconds.begin(), study.seconds.end(), 0.0);
                 FarmModel model = network;
                 model.ranks = ranks;
                 model.seconds_per_cost = scale; // as study::execute has it, if costs were right
@@ -113,7 +124,6 @@ void print_table(const std::vector<MeasuredBatch>& measured, const FarmModel& ne
                            static_cast<double>(found.messages) / found.makespan,
                            100.0 * found.coordinator_share, 1e3 * found.largest_delay);
             }
-        }
 }
 
 } // namespace

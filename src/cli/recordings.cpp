@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/recordings.hpp"
 
+#include "core/user_files.hpp"
 #include "fit/model/stem_chain.hpp"
 #include "physics/bond_law_options.hpp"
 #include "present/files.hpp"
@@ -73,7 +74,7 @@ void write_results(const RecordingArguments& arguments,
         present::write_json(arguments.json, document);
     if (arguments.output.empty())
         return;
-    present::make_folder(arguments.output);
+    core::create_folder(arguments.output);
     present::write_json((std::filesystem::path(arguments.output) / file).string(), document);
 }
 

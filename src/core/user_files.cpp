@@ -45,6 +45,26 @@ std::string file_text(const std::filesystem::path& file, std::size_t largest) {
     return text;
 }
 
+void require_written(std::ofstream& out, const std::filesystem::path& file) {
+    out.close();
+    if (!out)
+        throw StorageError(fmt::format("{}: cannot be written", file.string()));
+}
+
+void write_text(const std::filesystem::path& file, const std::string& text) {
+    std::ofstream out(file, std::ios::binary);
+    out << text;
+    require_written(out, file);
+}
+
+void create_folder(const std::filesystem::path& folder) {
+    std::error_code failed;
+    std::filesystem::create_directories(folder, failed);
+    if (failed)
+        throw StorageError(
+            fmt::format("{}: cannot be created: {}", folder.string(), failed.message()));
+}
+
 std::string named_path_fault(std::string_view name) {
     const std::filesystem::path path(name);
     if (name.empty())

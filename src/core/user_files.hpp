@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Files that users write: reads them within limits, checks names of files inside them, and reports
-// all faults of a file at once.
+// all faults of a file at once. Files for users: written completely or refused.
 #pragma once
 
 #include <cstddef>
 #include <filesystem>
+#include <fstream>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -21,6 +22,13 @@ inline constexpr std::size_t largest_recording = std::size_t{1} << 30U; // bytes
 /// a folder, missing, too large. Devices and pipes are read up to the limit.
 [[nodiscard]] std::string file_text(const std::filesystem::path& file,
                                     std::size_t largest = largest_description);
+
+/// Closes the file. Throws StorageError unless everything is written.
+void require_written(std::ofstream& out, const std::filesystem::path& file);
+/// Throws StorageError.
+void write_text(const std::filesystem::path& file, const std::string& text);
+/// Creates the folder and its parents. Throws StorageError.
+void create_folder(const std::filesystem::path& folder);
 
 /// The fault of the name of a file that is written in another file; empty if there is none. A name
 /// may only lead to that file's folder and below: not absolute, no ".." that leaves it. So a study

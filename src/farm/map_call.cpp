@@ -5,6 +5,7 @@
 #include "farm/farm.hpp"
 #include "farm/mailbox.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -67,7 +68,10 @@ Farm::Farm(const Communicator& communicator)
     : mailbox_(communicator.size() > 1 ? std::make_unique<Mailbox>(communicator) : nullptr),
       alive_(static_cast<std::size_t>(communicator.size()), true) {}
 
-Farm::~Farm() = default;
+Farm::~Farm() {
+    if (mailbox_ && std::ranges::count(alive_, false) > 0)
+        mailbox_->keep_until_exit();
+}
 
 int Farm::rank() const {
     return mailbox_ ? mailbox_->rank() : 0;

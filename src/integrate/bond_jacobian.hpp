@@ -52,8 +52,9 @@ using BondJacobian =
 template <class Dual, class T>
 [[nodiscard]] physics::BondCoefficients<Dual> as_dual(const physics::BondCoefficients<T>& bond) {
     return {Dual(bond.length),
-            Dual(bond.radius_1),
-            Dual(bond.radius_2),
+            Dual(bond.span),
+            Dual(bond.share_1),
+            Dual(bond.share_2),
             Dual(bond.normal_stiffness),
             Dual(bond.shear_stiffness),
             Dual(bond.torsion_stiffness),

@@ -38,14 +38,19 @@ class VelocityVerlet {
         for (int j = 0; j < layout.bond_count(); ++j)
             bonds_.push_back(layout.bond(state.data(), j));
         for (std::size_t j = 0; j < bonds_.size(); ++j)
-            directions_.push_back(frame_of(j).direction());
-        accelerations_.resize(spheres_.size());
-        // The initial half kick uses the forces of the given state; no history advances.
+            frames_.push_back(frame_of(j));
+        before_ = spheres_;
+        // The initial half kick uses the forces of the given state; nothing else advances.
         if (chain.is_plain()) {
             sweep<true>(T(0.0), T(0.5 * timestep));
         } else {
             take_effects(state);
             sweep<false>(T(0.0), T(0.5 * timestep));
+        }
+        // So that the mean of the velocities before and after is the given one.
+        for (std::size_t i = 0; i < spheres_.size(); ++i) {
+            before_[i].velocity += before_[i].velocity - spheres_[i].velocity;
+            before_[i].spin += before_[i].spin - spheres_[i].spin;
         }
     }
 
@@ -57,7 +62,8 @@ class VelocityVerlet {
             return advance_with_effects(count);
         const T step = T(timestep_);
         for (std::int64_t k = 0; k < count; ++k) {
-            drift(step);
+            if (k + 1 == count)
+                before_ = spheres_;
             sweep<true>(step, step);
         }
     }
@@ -67,17 +73,17 @@ class VelocityVerlet {
         return spheres_[static_cast<std::size_t>(i)].position;
     }
 
-    /// The state at the time of the positions, in the chain's layout: half a kick with the current
-    /// accelerations is subtracted from the half-step velocities.
+    /// The state at the time of the positions, in the chain's layout: velocities are the mean of
+    /// those before and after the last kick.
     [[nodiscard]] std::vector<T> state() const {
         const auto& layout = chain_.layout();
         std::vector<T> out(layout.size());
-        const T half = T(0.5 * timestep_);
+        const T half = T(0.5);
         for (int i = 0; i < layout.sphere_count(); ++i) {
             const auto index = static_cast<std::size_t>(i);
             Sphere sphere = spheres_[index];
-            sphere.velocity -= half * accelerations_[index].linear;
-            sphere.spin -= half * accelerations_[index].angular;
+            sphere.velocity = half * (sphere.velocity + before_[index].velocity);
+            sphere.spin = half * (sphere.spin + before_[index].spin);
             layout.set_sphere(out.data(), i, sphere);
         }
         for (int j = 0; j < layout.bond_count(); ++j)
@@ -91,24 +97,15 @@ class VelocityVerlet {
     }
 
   private:
-    struct Acceleration {
-        core::Vec<Dim, T> linear = core::Vec<Dim, T>::zero();
-        physics::Rotational<Dim, T> angular = physics::Rotational<Dim, T>::zero();
-    };
-
     [[nodiscard]] physics::BondFrame<Dim, T> frame_of(std::size_t j) const {
         return physics::BondFrame<Dim, T>(spheres_[j + 1].position - spheres_[j].position);
-    }
-
-    void drift(const T& step) {
-        for (std::size_t i = first_moving(); i < spheres_.size(); ++i)
-            spheres_[i].position += step * spheres_[i].velocity;
     }
 
     [[gnu::flatten, gnu::noinline]] void advance_with_effects(std::int64_t count) {
         const T step = T(timestep_);
         for (std::int64_t k = 0; k < count; ++k) {
-            drift(step);
+            if (k + 1 == count)
+                before_ = spheres_;
             base_rotation_ += step * spheres_[0].spin[physics::bending_axis<Dim>];
             ++steps_;
             sweep<false>(step, step);
@@ -125,9 +122,11 @@ class VelocityVerlet {
             base_rotation_ = state[layout.base_rotation_offset()];
     }
 
-    /// Forces along the chain; each sphere is kicked as soon as both of its bonds are known.
+    /// Drifts, turns the bonds, and kicks each sphere as soon as both of its bonds are known. In
+    /// space all bonds are turned first: the operations on one bond wait for each other, and only
+    /// those of a short loop overlap with the next bond's.
     template <bool IsPlain>
-    void sweep(const T& history_step, const T& kick) {
+    void sweep(const T& step, const T& kick) {
         core::Vec<Dim, T> force = core::Vec<Dim, T>::zero();
         physics::Rotational<Dim, T> torque = physics::Rotational<Dim, T>::zero();
         if constexpr (!IsPlain) {
@@ -139,10 +138,17 @@ class VelocityVerlet {
                         .moment;
             below_ = {};
         }
+        if (first_moving() == 0)
+            spheres_[0].position += step * spheres_[0].velocity;
+        for (std::size_t j = 0; Dim == 3 && j < bonds_.size(); ++j)
+            frames_[j] = turned<IsPlain>(j, step);
         for (std::size_t j = 0; j < bonds_.size(); ++j) {
-            const auto motion = chain_.motion_between(spheres_[j], spheres_[j + 1]);
-            const physics::BondFrame<Dim, T> frame(motion.separation);
-            const auto response = advance_bond<IsPlain>(j, frame, motion, history_step);
+            const auto response = [&] {
+                if constexpr (Dim == 3)
+                    return load<IsPlain>(j, frames_[j], step);
+                else
+                    return load<IsPlain>(j, turned<IsPlain>(j, step), step);
+            }();
             apply<IsPlain>(j, force + response.force, torque + response.torque_1, kick);
             force = -response.force;
             torque = response.torque_2;
@@ -150,46 +156,51 @@ class VelocityVerlet {
         apply<IsPlain>(bonds_.size(), force, torque, kick);
     }
 
-    /// Advances the bond's history by its rates over `history_step` and returns the forces that
+    /// Lets the upper sphere of bond `j` drift, and turns the bond's history with it.
+    template <bool IsPlain>
+    [[nodiscard]] physics::BondFrame<Dim, T> turned(std::size_t j, const T& step) {
+        spheres_[j + 1].position += step * spheres_[j + 1].velocity;
+        const physics::BondFrame<Dim, T> frame = frame_of(j);
+        bonds_[j].shear_force = frame.turned_shear(bonds_[j].shear_force);
+        bonds_[j].moment = frame.turned_moment(bonds_[j].moment, frames_[j].direction());
+        if constexpr (!IsPlain)
+            advance_branches(j, frame, step);
+        return frame;
+    }
+
+    /// Advances the history of bond `j` by its rates over `step` and returns the forces that
     /// follow: the new elastic parts and the damping of the same motion.
     template <bool IsPlain>
     [[nodiscard]] physics::BondResponse<Dim, T>
-    advance_bond(std::size_t j, const physics::BondFrame<Dim, T>& frame,
-                 const physics::BondMotion<Dim, T>& motion, const T& history_step) {
-        Bond& bond = bonds_[j];
+    load(std::size_t j, const physics::BondFrame<Dim, T>& frame, const T& step) {
+        const auto motion = chain_.motion_between(spheres_[j], spheres_[j + 1]);
         const physics::BondCoefficients<T>& coefficients =
             IsPlain ? chain_.bond_coefficients() : chain_.bond_coefficients(static_cast<int>(j));
-        bond.shear_force = frame.turned_shear(bond.shear_force);
-        bond.moment = frame.turned_moment(bond.moment, directions_[j]);
-        if constexpr (!IsPlain)
-            advance_branches(j, frame, motion, history_step);
-        directions_[j] = frame.direction();
-        const auto rate = physics::history_rate(coefficients, chain_.law(), frame, motion);
-        bond.shear_force += history_step * rate.shear_force;
-        bond.moment += history_step * rate.moment;
-        Bond loaded = bond;
+        const auto change =
+            physics::history_change(coefficients, chain_.law(), frame, motion, step);
+        bonds_[j].shear_force += change.shear_force;
+        bonds_[j].moment += change.moment;
+        Bond loaded = bonds_[j];
         if constexpr (!IsPlain)
             loaded.moment = physics::loaded_moment(chain_.model().bending, coefficients, frame,
-                                                   motion, bond.moment, extras_of(j, motion));
+                                                   motion, loaded.moment, extras_of(j, motion));
         return physics::bond_response(coefficients, chain_.law(), frame, motion, loaded);
     }
 
     /// q ← q e^(−h/τ) + g k_b τ (1 − e^(−h/τ)) ω_bend, turned with the bond.
-    void advance_branches(std::size_t j, const physics::BondFrame<Dim, T>& frame,
-                          const physics::BondMotion<Dim, T>& motion, const T& history_step) {
+    void advance_branches(std::size_t j, const physics::BondFrame<Dim, T>& frame, const T& step) {
         using std::exp;
-        const auto relative_spin = motion.spin_2 - motion.spin_1;
-        const auto bending = relative_spin - frame.twist(relative_spin);
+        const auto bending = frame.scaled(T(0.0), T(1.0), spheres_[j + 1].spin - spheres_[j].spin);
         const auto& model = chain_.model();
         for (std::size_t k = 0; k < model.branches.size(); ++k) {
             const physics::MaxwellBranch<T>& branch = model.branches[k];
-            const T kept = exp(-history_step / branch.relaxation_time);
+            const T kept = exp(-step / branch.relaxation_time);
             const T stiffness = branch.relative_stiffness *
                                 chain_.bond_coefficients(static_cast<int>(j)).bending_stiffness;
             T* const place = branch_moment(j, k);
             physics::Rotational<Dim, T> moment;
             std::copy_n(place, rotation, moment.component.begin());
-            moment = kept * frame.turned_moment(moment, directions_[j]) +
+            moment = kept * frame.turned_moment(moment, frames_[j].direction()) +
                      (stiffness * branch.relaxation_time * (T(1.0) - kept)) * bending;
             std::copy_n(moment.component.begin(), rotation, place);
         }
@@ -208,32 +219,31 @@ class VelocityVerlet {
         return below_;
     }
 
+    /// Kicks sphere `i`.
     template <bool IsPlain>
     void apply(std::size_t i, const core::Vec<Dim, T>& force,
                const physics::Rotational<Dim, T>& torque, const T& kick) {
-        Acceleration& acceleration = accelerations_[i];
         if (i < first_moving()) {
             if constexpr (!IsPlain) {
-                if (!chain_.base_turns())
-                    return;
                 constexpr int axis = physics::bending_axis<Dim>;
-                acceleration.angular[axis] = torque[axis] / chain_.sphere_inertia(0).moment;
-                spheres_[i].spin[axis] += kick * acceleration.angular[axis];
+                if (chain_.base_turns())
+                    spheres_[i].spin[axis] +=
+                        kick * (torque[axis] / chain_.sphere_inertia(0).moment);
             }
             return;
         }
+        Sphere& sphere = spheres_[i];
         if constexpr (IsPlain) {
-            acceleration.linear = inverse_mass_ * force + chain_.gravity();
-            acceleration.angular = inverse_moment_ * torque;
+            sphere.velocity += (kick * inverse_mass_) * force + kick * chain_.gravity();
+            sphere.spin += (kick * inverse_moment_) * torque;
         } else {
-            const int sphere = static_cast<int>(i);
-            const physics::SphereInertia<T>& inertia = chain_.sphere_inertia(sphere);
-            const auto load = chain_.node_load(sphere, spheres_[i], below_, time(), false);
-            acceleration.linear = (T(1.0) / inertia.mass) * (force + load.force) + chain_.gravity();
-            acceleration.angular = (T(1.0) / inertia.moment) * torque;
+            const int number = static_cast<int>(i);
+            const physics::SphereInertia<T>& inertia = chain_.sphere_inertia(number);
+            const auto load = chain_.node_load(number, sphere, below_, time(), false);
+            sphere.velocity +=
+                kick * ((T(1.0) / inertia.mass) * (force + load.force) + chain_.gravity());
+            sphere.spin += kick * ((T(1.0) / inertia.moment) * torque);
         }
-        spheres_[i].velocity += kick * acceleration.linear;
-        spheres_[i].spin += kick * acceleration.angular;
     }
 
     [[nodiscard]] std::size_t first_moving() const {
@@ -247,10 +257,11 @@ class VelocityVerlet {
     T inverse_moment_; ///< 1/(kg m²)
     std::vector<Sphere> spheres_;
     std::vector<Bond> bonds_;
-    std::vector<core::Vec<Dim, T>> directions_; ///< of the bonds at the last force evaluation
-    std::vector<Acceleration> accelerations_;   ///< of the last force evaluation
-    std::vector<T> branches_;                   ///< Maxwell moments, as in the chain's layout
-    physics::BondExtras<Dim, T> below_;         ///< of the bond evaluated last
+    std::vector<physics::BondFrame<Dim, T>>
+        frames_;                        ///< of the bonds; in the plane those of the start
+    std::vector<Sphere> before_;        ///< at the begin of the last step
+    std::vector<T> branches_;           ///< Maxwell moments, as in the chain's layout
+    physics::BondExtras<Dim, T> below_; ///< of the bond evaluated last
     T base_rotation_ = T(0.0);
     std::int64_t steps_ = 0;
 };

@@ -16,8 +16,9 @@ namespace culm::physics {
 template <class T>
 struct BondCoefficients {
     T length;            ///< l, m
-    T radius_1;          ///< lever arm of the shear force on the sphere nearer to the clamp, m
-    T radius_2;          ///< … on the other sphere, m
+    T span;              ///< sum of the spheres' radii, m
+    T share_1;           ///< of the span: lever arm of the shear force on the sphere near the clamp
+    T share_2;           ///< … on the other sphere
     T normal_stiffness;  ///< k_n = Y A/l, N/m
     T shear_stiffness;   ///< k_t = G A/l, N/m
     T torsion_stiffness; ///< k_tor = G I_p/l, N m
@@ -52,12 +53,12 @@ template <class T>
     const T mass = share * stem.sphere_mass();
     const T moment = share * stem.sphere_inertia();
     const T damping = T(law.damping_factor) * stem.bond_damping;
-    const T radius = T(0.5) * stem.sphere_diameter;
 
     BondCoefficients<T> bond;
     bond.length = stem.bond_length;
-    bond.radius_1 = radius;
-    bond.radius_2 = radius;
+    bond.span = stem.sphere_diameter;
+    bond.share_1 = T(0.5);
+    bond.share_2 = T(0.5);
     bond.normal_stiffness = stem.bond_youngs_modulus * stem.section_area() / stem.bond_length;
     bond.shear_stiffness =
         stem.shear_modulus() * stem.shear_area_share * stem.section_area() / stem.bond_length;

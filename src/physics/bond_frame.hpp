@@ -7,9 +7,8 @@
 // The bond law (bond_law.hpp) is written once in terms of these operations.
 #pragma once
 
+#include "core/lanes.hpp"
 #include "core/vec.hpp"
-
-#include <cmath>
 
 namespace culm::physics {
 
@@ -28,14 +27,14 @@ template <int Dim, class T>
 class BondLine {
   public:
     explicit BondLine(const Vec<Dim, T>& separation) {
-        using std::sqrt;
-        length_ = sqrt(dot(separation, separation));
-        direction_ = (T(1.0) / length_) * separation;
+        const T square = dot(separation, separation);
+        const T inverse = core::inverse_sqrt(square);
+        length_ = square * inverse;
+        direction_ = inverse * separation;
     }
     /// `direction` need not be a unit vector.
     BondLine(const T& length, const Vec<Dim, T>& direction) : length_(length) {
-        using std::sqrt;
-        direction_ = (T(1.0) / sqrt(dot(direction, direction))) * direction;
+        direction_ = core::inverse_sqrt(dot(direction, direction)) * direction;
     }
     [[nodiscard]] const T& length() const { return length_; }
     /// Unit vector n from sphere 1 to sphere 2.
@@ -69,8 +68,12 @@ class BondFrame<2, T> : public BondLine<2, T> {
     }
     /// Moment of a transverse force at unit distance along n: n × F.
     [[nodiscard]] Rotational<2, T> moment_of(const Rotational<2, T>& force) const { return force; }
-    /// The twisting part of a rotational quantity: none in the plane.
-    [[nodiscard]] Rotational<2, T> twist(const Rotational<2, T>&) const { return {{T(0.0)}}; }
+    /// The twisting part of `q`, of which there is none in the plane, times one factor plus the
+    /// bending part times the other.
+    [[nodiscard]] Rotational<2, T> scaled(const T&, const T& bending,
+                                          const Rotational<2, T>& q) const {
+        return bending * q;
+    }
 
     /// Rates by which stored forces and moments turn with the bond: none in the plane.
     [[nodiscard]] Rotational<2, T> shear_turning_rate(const Rotational<2, T>&,
@@ -110,8 +113,9 @@ class BondFrame<3, T> : public BondLine<3, T> {
     [[nodiscard]] Rotational<3, T> moment_of(const Rotational<3, T>& force) const {
         return cross(direction_, force);
     }
-    [[nodiscard]] Rotational<3, T> twist(const Rotational<3, T>& q) const {
-        return dot(q, direction_) * direction_;
+    [[nodiscard]] Rotational<3, T> scaled(const T& twisting, const T& bending,
+                                          const Rotational<3, T>& q) const {
+        return bending * q + ((twisting - bending) * dot(q, direction_)) * direction_;
     }
 
     /// Limit of the reference code's "project on the plane normal to n, keep the length":
@@ -143,9 +147,9 @@ class BondFrame<3, T> : public BondLine<3, T> {
     /// `v` scaled to the length √`target_square`. The floor only prevents a NaN from 0/0; it is far
     /// below any force or moment (N, N m) that is significant in double precision.
     [[nodiscard]] static Vec<3, T> rescaled(const Vec<3, T>& v, const T& target_square) {
-        using std::sqrt;
         const T floor = T(1e-60);
-        return sqrt((target_square + floor) / (dot(v, v) + floor)) * v;
+        const T target = target_square + floor;
+        return (target * core::inverse_sqrt(target * (dot(v, v) + floor))) * v;
     }
 
     using BondLine<3, T>::direction_;

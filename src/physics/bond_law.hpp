@@ -42,10 +42,8 @@ struct LeverArms {
 template <class T>
 [[nodiscard]] LeverArms<T> lever_arms(const BondCoefficients<T>& bond, const BondLawOptions& law,
                                       const T& current_length) {
-    if (!law.lever_arms_follow_bond)
-        return {bond.radius_1, bond.radius_2};
-    const T scale = current_length / (bond.radius_1 + bond.radius_2);
-    return {scale * bond.radius_1, scale * bond.radius_2};
+    const T span = law.lever_arms_follow_bond ? current_length : bond.span;
+    return {span * bond.share_1, span * bond.share_2};
 }
 
 /// Relative velocity of the contact point across the bond: the transverse part of v2 − v1 less the
@@ -58,19 +56,17 @@ template <int Dim, class T>
            frame.spin_velocity(arms.arm_1 * motion.spin_1 + arms.arm_2 * motion.spin_2);
 }
 
-/// Rates of the elastic shear force and moments (Eqs. 3-6 divided by Δt), without the turning with
-/// the bond.
+/// Changes of the elastic shear force and moments during `step` (Eqs. 3-6), without the turning
+/// with the bond.
 template <int Dim, class T>
 [[nodiscard]] BondState<Dim, T>
-history_rate(const BondCoefficients<T>& bond, const BondLawOptions& law,
-             const BondFrame<Dim, T>& frame, const BondMotion<Dim, T>& motion) {
-    const Rotational<Dim, T> relative_spin = motion.spin_2 - motion.spin_1;
-    const Rotational<Dim, T> twisting = frame.twist(relative_spin);
-    const Rotational<Dim, T> bending = relative_spin - twisting;
+history_change(const BondCoefficients<T>& bond, const BondLawOptions& law,
+               const BondFrame<Dim, T>& frame, const BondMotion<Dim, T>& motion, const T& step) {
     const Rotational<Dim, T> sliding =
         shear_velocity(frame, motion, lever_arms(bond, law, frame.length()));
-    return {bond.shear_stiffness * sliding,
-            bond.torsion_stiffness * twisting + bond.bending_stiffness * bending};
+    return {(step * bond.shear_stiffness) * sliding,
+            frame.scaled(step * bond.torsion_stiffness, step * bond.bending_stiffness,
+                         motion.spin_2 - motion.spin_1)};
 }
 
 /// The bond law. Elastic forces are those of `state`; damping forces follow the motion
@@ -83,24 +79,23 @@ bond_response(const BondCoefficients<T>& bond, const BondLawOptions& law,
               const BondState<Dim, T>& state) {
     const LeverArms<T> arms = lever_arms(bond, law, frame.length());
     const Rotational<Dim, T> sliding = shear_velocity(frame, motion, arms);
-    const Rotational<Dim, T> relative_spin = motion.spin_2 - motion.spin_1;
-    const Rotational<Dim, T> twisting = frame.twist(relative_spin);
-    const Rotational<Dim, T> bending = relative_spin - twisting;
     const T stretching = dot(motion.velocity, frame.direction());
 
     const T tension =
         bond.normal_stiffness * (frame.length() - bond.length) + bond.normal_damping * stretching;
     const Rotational<Dim, T> damped_shear = state.shear_force + bond.shear_damping * sliding;
     const Rotational<Dim, T> moment =
-        state.moment + bond.torsion_damping * twisting + bond.bending_damping * bending;
-    const Rotational<Dim, T> shear_moment =
-        frame.moment_of(law.shear_damping_torque ? damped_shear : state.shear_force);
+        state.moment +
+        frame.scaled(bond.torsion_damping, bond.bending_damping, motion.spin_2 - motion.spin_1);
+    Rotational<Dim, T> shear_moment = frame.moment_of(damped_shear);
+    if (!law.shear_damping_torque)
+        shear_moment = frame.moment_of(state.shear_force);
 
     BondResponse<Dim, T> response;
     response.force = tension * frame.direction() + frame.to_world(damped_shear);
     response.torque_1 = arms.arm_1 * shear_moment + moment;
     response.torque_2 = arms.arm_2 * shear_moment - moment;
-    response.rate = history_rate(bond, law, frame, motion);
+    response.rate = history_change(bond, law, frame, motion, T(1.0));
     return response;
 }
 

@@ -302,8 +302,8 @@ class Chain {
     /// q̇ = g k_b ω_bend − q/τ, turned with the bond.
     void set_branch_rates(const T* state, T* rate, int j, const BondFrame<Dim, T>& frame,
                           const BondMotion<Dim, T>& motion) const {
-        const Rotational<Dim, T> relative_spin = motion.spin_2 - motion.spin_1;
-        const Rotational<Dim, T> bending = relative_spin - frame.twist(relative_spin);
+        const Rotational<Dim, T> bending =
+            frame.scaled(T(0.0), T(1.0), motion.spin_2 - motion.spin_1);
         for (int k = 0; k < layout_.branch_count(); ++k) {
             const MaxwellBranch<T>& branch = model_.branches[static_cast<std::size_t>(k)];
             const Rotational<Dim, T> moment = layout_.branch_moment(state, j, k);

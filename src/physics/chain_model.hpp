@@ -44,8 +44,7 @@ elastic_moment(const BendingLaw<S>& law, const S& moment_per_curvature,
     using std::cos;
     using std::sin;
     using std::sqrt;
-    const Rotational<3, S> twisting = frame.twist(linear_moment);
-    const Rotational<3, S> bending = linear_moment - twisting;
+    const Rotational<3, S> bending = frame.transverse(linear_moment);
     const Vec<3, S> in_plane{{S(0.0), cos(law.angle), sin(law.angle)}};
     const Vec<3, S> normal = cross(frame.direction(), in_plane);
     const Vec<3, S> axis_1 = (S(1.0) / sqrt(dot(normal, normal))) * normal;
@@ -54,7 +53,7 @@ elastic_moment(const BendingLaw<S>& law, const S& moment_per_curvature,
     const Vec<3, S> split = share * (dot(bending, axis_1) * axis_1 - dot(bending, axis_2) * axis_2);
     const S factor =
         S(1.0) + law.cubic * dot(bending, bending) / (moment_per_curvature * moment_per_curvature);
-    return twisting + factor * bending + split;
+    return frame.scaled(S(1.0), factor, linear_moment) + split;
 }
 
 /// A clamp that turns: −k θ − M tanh(ω/ω_r) in the plane of bending, with θ and ω of sphere 0.

@@ -2,17 +2,14 @@
 // Results as files: text, JSON, and their folders.
 #pragma once
 
-#include "core/error.hpp"
+#include "core/user_files.hpp"
 #include "reduce/population_statistics.hpp"
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <functional>
 #include <optional>
 #include <ranges>
 #include <string>
-#include <system_error>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -73,20 +70,6 @@ template <class One>
     return std::isnan(value) ? std::string(",") : fmt::format(",{:.6g}", value);
 }
 
-/// Closes the file. Throws core::StorageError unless everything is written.
-inline void require_written(std::ofstream& out, const std::filesystem::path& file) {
-    out.close();
-    if (!out)
-        throw core::StorageError(fmt::format("{}: cannot be written", file.string()));
-}
-
-/// Throws core::StorageError.
-inline void write_text(const std::filesystem::path& file, const std::string& text) {
-    std::ofstream out(file);
-    out << text;
-    require_written(out, file);
-}
-
 /// Writes to the file, or to standard output for "-". Throws core::StorageError.
 inline void write_json(const std::string& file, const nlohmann::json& json) {
     // Names from damaged or foreign files need not be UTF-8.
@@ -95,16 +78,7 @@ inline void write_json(const std::string& file, const nlohmann::json& json) {
     if (file == "-")
         fmt::print("{}", text);
     else
-        write_text(file, text);
-}
-
-/// Creates the folder and its parents. Throws core::StorageError.
-inline void make_folder(const std::filesystem::path& folder) {
-    std::error_code failed;
-    std::filesystem::create_directories(folder, failed);
-    if (failed)
-        throw core::StorageError(
-            fmt::format("{}: cannot be created: {}", folder.string(), failed.message()));
+        core::write_text(file, text);
 }
 
 } // namespace culm::present

@@ -67,10 +67,10 @@ template <class T>
 void pack_stem(const Packer<T>& packer, ChainModel<T>& packed) {
     using Bond = physics::BondCoefficients<double>;
     packed.bonds = packer.template parts<physics::BondCoefficients<T>>(
-        &Model::bonds, &Bond::length, &Bond::radius_1, &Bond::radius_2, &Bond::normal_stiffness,
-        &Bond::shear_stiffness, &Bond::torsion_stiffness, &Bond::bending_stiffness,
-        &Bond::normal_damping, &Bond::shear_damping, &Bond::torsion_damping,
-        &Bond::bending_damping);
+        &Model::bonds, &Bond::length, &Bond::span, &Bond::share_1, &Bond::share_2,
+        &Bond::normal_stiffness, &Bond::shear_stiffness, &Bond::torsion_stiffness,
+        &Bond::bending_stiffness, &Bond::normal_damping, &Bond::shear_damping,
+        &Bond::torsion_damping, &Bond::bending_damping);
     using Sphere = physics::SphereInertia<double>;
     packed.spheres = packer.template parts<physics::SphereInertia<T>>(
         &Model::spheres, &Sphere::mass, &Sphere::moment);

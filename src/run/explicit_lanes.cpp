@@ -81,8 +81,8 @@ class LaneBatch {
     /// Stored energy above that of the straight chain at rest, J.
     [[nodiscard]] static Lanes stored_energy(const physics::Chain<Dim, Lanes>& chain,
                                              const integrate::VelocityVerlet<Dim, Lanes>& verlet) {
-        return physics::chain_energy(chain, verlet.state().data()).stored() -
-               physics::chain_energy(chain, chain.straight_state().data()).stored();
+        return physics::stored_energy(chain, verlet.state().data()) -
+               physics::stored_energy(chain, chain.straight_state().data());
     }
 
     /// Fails the lanes whose energy has grown or is not a number.

@@ -36,7 +36,7 @@ class StepLanes {
         : used_(steps.size()), common_step_(steps.front()),
           steps_([&](auto lane) { return steps[lane < steps.size() ? lane : steps.size() - 1]; }),
           chain_(scaled_stems(spec), spec.law), verlet_(chain_, scaled_states(spec), common_step_),
-          straight_(physics::chain_energy(chain_, chain_.straight_state().data()).stored()),
+          straight_(physics::stored_energy(chain_, chain_.straight_state().data())),
           released_(stored_energy()) {}
 
     StepLanes(const StepLanes&) = delete; // the integrator refers to the chain
@@ -86,7 +86,7 @@ class StepLanes {
 
     /// Energy above that of the straight chain at rest, in each lane's own unit of time.
     [[nodiscard]] Lanes stored_energy() const {
-        return physics::chain_energy(chain_, verlet_.state().data()).stored() - straight_;
+        return physics::stored_energy(chain_, verlet_.state().data()) - straight_;
     }
 
     std::size_t used_;

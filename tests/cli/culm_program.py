@@ -11,6 +11,11 @@ import unittest
 from pathlib import Path
 
 PROGRAM = os.environ["CULM_PROGRAM"]
+# Open MPI refuses to start as root or on more ranks
+# than cores without these variables (PRTE: version 5). Other MPIs ignore them.
+os.environ |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
+               "OMPI_MCA_rmaps_base_oversubscribe": "1",
+               "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe"}
 # How many times slower the program is than a release build: preset "asan" says 10.
 SLOWNESS = float(os.environ.get("CULM_TEST_SLOWNESS", "1"))
 # Seconds after which a run is taken to hang: far longer than any of these studies takes.
@@ -48,6 +53,11 @@ OVERDAMPED = QUICK.replace("[5, 10, 15]", "[5, 10, 30000]")
 UNDISTURBED: dict[str, str] = {}
 
 
+def launcher(ranks: int) -> list[str]:
+    """The beginning of a command that starts a program on so many ranks."""
+    return [os.environ["CULM_MPIEXEC"], "-n", str(ranks)]
+
+
 def journal_bytes(study: Path) -> int:
     """Size of the journals of a running study. A study removes its journals when it ends, so a
     listed journal may no longer exist."""
@@ -71,6 +81,15 @@ def children_of(process_id: int) -> list[int]:
         if int(text.rpartition(")")[2].split()[1]) == process_id:
             children.append(int(stat.parent.name))
     return children
+
+
+def ranks_of(process_id: int) -> list[int]:
+    """The processes of culm that a launcher started, itself (Open MPI) or by a proxy (MPICH)."""
+    ranks = []
+    for child in children_of(process_id):
+        is_culm = Path(f"/proc/{child}/exe").resolve() == Path(PROGRAM).resolve()
+        ranks += [child] if is_culm else ranks_of(child)
+    return ranks
 
 
 class CulmTest(unittest.TestCase):

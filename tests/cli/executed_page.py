@@ -23,9 +23,8 @@ import tempfile
 from importlib.util import find_spec
 from pathlib import Path
 
-from culm_program import PROGRAM, SLOWNESS
+from culm_program import PROGRAM, SLOWNESS, launcher
 
-MPIEXEC = os.environ["CULM_MPIEXEC"]
 ROOT = Path(__file__).resolve().parents[2]
 NEEDED_FOR_FIGURES = ("matplotlib", "numpy")
 # Seconds after which a block is taken to hang; the slowest takes half a minute on an idle core.
@@ -180,13 +179,12 @@ class ExecutedPage:
         """`variables` passes the exports of a block to the next one, as in one terminal."""
         commands = step.commands.replace("~/culm/build/release/src/cli", str(Path(PROGRAM).parent))
         commands = commands.replace("~/culm", str(ROOT))
-        commands = re.sub(r"\bmpirun -n \d+", f"{MPIEXEC} --oversubscribe -n 2", commands)
+        commands = re.sub(r"\bmpirun -n \d+", " ".join(launcher(2)), commands)
         finished = subprocess.run(
             ["bash", "-e", "-o", "pipefail", "-c",
              f'. "{variables}"\n{commands}\nexport -p > "{variables}"'],
             cwd=folder, text=True, capture_output=True, timeout=PATIENCE, check=False,
-            env={**os.environ, "LC_ALL": "C.UTF-8", "PYTHONDONTWRITEBYTECODE": "1",
-                 "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"})
+            env={**os.environ, "LC_ALL": "C.UTF-8", "PYTHONDONTWRITEBYTECODE": "1"})
         self.assertEqual(finished.returncode, 0, step.commands + finished.stderr)
         if step.output is not None:
             printed = finished.stdout or finished.stderr

@@ -12,11 +12,12 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 import unittest
 from pathlib import Path
 
-from culm_program import (BAD_INPUT, DONE, OVERDAMPED, POINTS_FAILED, PROGRAM, QUICK, SLOW,
-                          STOPPED_EARLY, CulmTest)
+from culm_program import (BAD_INPUT, DONE, OVERDAMPED, POINTS_FAILED, PATIENCE, PROGRAM, QUICK,
+                          SLOW, STOPPED_EARLY, CulmTest, launcher)
 
 SOURCE = Path(__file__).resolve().parents[2]
 OLDER = SOURCE / "tests" / "data" / "older-formats"
@@ -97,6 +98,34 @@ class Json(ArchiveTest):
         process.send_signal(signal.SIGCONT)
         self.assertTrue(found["is_running"])
         self.assertGreater(len(found["unfinished_starts"]), 0)
+
+
+class Waiting(ArchiveTest):
+    # One point of some seconds: the second rank has no work.
+    ONE_POINT = """
+[stem]
+spheres = 56
+[vibration]
+duration_s = 20
+[factors]
+bond_damping = [25]
+bond_youngs_modulus_gpa = [4]
+"""
+
+    def test_ranks_are_listed_with_the_reason(self):
+        self.write("s.toml", self.ONE_POINT)
+        process = self.start(*launcher(2), PROGRAM, "run", "s.toml", "-o", "out", "-q")
+        deadline = time.monotonic() + PATIENCE
+        journals = []
+        while len(journals) < 2 or sum(journal["is_waiting"] for journal in journals) != 1:
+            self.assertLess(time.monotonic(), deadline)
+            self.assertIsNone(process.poll(), "the study ended too early")
+            if (self.folder / "out/journal/study.json").exists():
+                journals = self.told("status", "out")["journals"]
+        idle = next(k for k, journal in enumerate(journals) if journal["is_waiting"])
+        self.assertRegex(self.culm("archive", "status", "out").stdout,
+                         rf"waiting   ranks {idle} for up to \d+ s: the other ranks "
+                         "compute all remaining points\n")
 
 
 class OlderFormats(ArchiveTest):

@@ -12,7 +12,7 @@ import sys
 import unittest
 from pathlib import Path
 
-from culm_program import BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, PROGRAM, QUICK, CulmTest
+from culm_program import BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, PROGRAM, QUICK, CulmTest, launcher
 
 TESTS = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(TESTS / "support"))
@@ -141,13 +141,9 @@ class Calibrate(CulmTest):
     def test_gives_the_same_result_on_two_ranks(self):
         folder = str(self.damaged())
         _, alone = self.calibrate(folder, *QUICKLY, code=POINTS_FAILED)
-        environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1",
-                           OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
         together = subprocess.run(
-            [os.environ["CULM_MPIEXEC"], "--oversubscribe", "-n", "2", PROGRAM, "calibrate",
-             folder, *QUICKLY, "--json", "two.json"],
-            cwd=self.folder, text=True, capture_output=True, timeout=PATIENCE, check=False,
-            env=environment)
+            [*launcher(2), PROGRAM, "calibrate", folder, *QUICKLY, "--json", "two.json"],
+            cwd=self.folder, text=True, capture_output=True, timeout=PATIENCE, check=False)
         self.assertEqual(together.returncode, POINTS_FAILED, together.stderr)
         shared = json.loads((self.folder / "two.json").read_text("utf-8"))
         self.assertEqual((alone.pop("provenance")["ranks"], shared.pop("provenance")["ranks"]),

@@ -2,7 +2,6 @@
 """culm diagnose: which effect is missing, and what a recording cannot decide."""
 
 import json
-import os
 import shutil
 import signal
 import subprocess
@@ -12,7 +11,7 @@ import unittest
 from pathlib import Path
 
 from culm_program import (BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, PROGRAM, STOPPED_EARLY,
-                          CulmTest)
+                          CulmTest, launcher)
 
 TESTS = Path(__file__).resolve().parents[1]
 ROOT = TESTS.parent
@@ -42,13 +41,9 @@ class Diagnose(CulmTest):
 
 
     def on_two_ranks(self, *arguments):
-        environment = dict(os.environ, OMPI_ALLOW_RUN_AS_ROOT="1",
-                           OMPI_ALLOW_RUN_AS_ROOT_CONFIRM="1")
         return subprocess.run(
-            [os.environ["CULM_MPIEXEC"], "--oversubscribe", "-n", "2", PROGRAM, "diagnose",
-             *map(str, arguments)],
-            cwd=self.folder, text=True, capture_output=True, timeout=PATIENCE, check=False,
-            env=environment)
+            [*launcher(2), PROGRAM, "diagnose", *map(str, arguments)],
+            cwd=self.folder, text=True, capture_output=True, timeout=PATIENCE, check=False)
 
 
 class Answers(Diagnose):

@@ -7,9 +7,9 @@ import signal
 import unittest
 
 from culm_program import (BAD_INPUT, DONE, OVERDAMPED, PATIENCE, POINTS_FAILED, PROGRAM, QUICK, SLOW,
-                          STOPPED_EARLY, CulmTest, children_of)
+                          STOPPED_EARLY, CulmTest, ranks_of, launcher)
 
-LAUNCH = [os.environ["CULM_MPIEXEC"], "--oversubscribe", "--allow-run-as-root", "-n", "2"]
+LAUNCH = launcher(2)
 
 
 class TwoRanks(CulmTest):
@@ -86,7 +86,7 @@ class TwoRanksInterrupted(CulmTest):
         self.assertEqual(self.fits("out"), self.fits_of_undisturbed_run("s.toml"))
 
     def test_stop_both_after_a_signal_to_one_rank(self):
-        os.kill(children_of(self.launcher.pid)[-1], signal.SIGTERM)
+        os.kill(ranks_of(self.launcher.pid)[-1], signal.SIGTERM)
         _, errors = self.launcher.communicate(timeout=PATIENCE)
         self.assertEqual(self.launcher.returncode, STOPPED_EARLY)
         self.assert_resume_finishes(24 - self.kept_points(errors))
@@ -106,7 +106,7 @@ class TwoRanksInterrupted(CulmTest):
         self.assert_resume_keeps_points()
 
     def test_keep_the_points_of_both_after_the_death_of_one(self):
-        os.kill(children_of(self.launcher.pid)[-1], signal.SIGKILL)
+        os.kill(ranks_of(self.launcher.pid)[-1], signal.SIGKILL)
         self.launcher.communicate(timeout=PATIENCE)
         self.assertNotEqual(self.launcher.returncode, DONE)
         self.assertFalse((self.folder / "out/study.h5").exists())

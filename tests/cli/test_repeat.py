@@ -2,13 +2,12 @@
 """culm run --from-archive: the archive alone repeats its study, and differences are reported."""
 
 import json
-import os
 import sys
 import unittest
 from pathlib import Path
 
 from culm_program import (BAD_INPUT, DONE, OVERDAMPED, PATIENCE, POINTS_FAILED, PROGRAM, QUICK,
-                          CulmTest)
+                          CulmTest, launcher)
 
 SOURCE = Path(__file__).resolve().parents[2]
 sys.path.append(str(SOURCE / "tests" / "support"))
@@ -72,8 +71,7 @@ class Repetition(CulmTest):
 
     def test_is_identical_on_two_ranks(self):
         self.archived()
-        launch = [os.environ["CULM_MPIEXEC"], "--oversubscribe", "--allow-run-as-root", "-n", "2"]
-        process = self.start(*launch, PROGRAM, "run", "--from-archive", "out", "-o", "again", "-q")
+        process = self.start(*launcher(2), PROGRAM, "run", "--from-archive", "out", "-o", "again", "-q")
         output, errors = process.communicate(timeout=PATIENCE)
         self.assertEqual(process.returncode, DONE, errors)
         self.assertEqual(output.count("identical  bit for bit"), 1)

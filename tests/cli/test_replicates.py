@@ -2,12 +2,11 @@
 """A population of stems: its summary, on any number of ranks and without its table."""
 
 import json
-import os
 import unittest
 
-from culm_program import BAD_INPUT, DONE, PATIENCE, PROGRAM, CulmTest, journal_bytes
+from culm_program import BAD_INPUT, DONE, PATIENCE, PROGRAM, CulmTest, journal_bytes, launcher
 
-LAUNCH = [os.environ["CULM_MPIEXEC"], "--oversubscribe", "--allow-run-as-root", "-n", "3"]
+LAUNCH = launcher(3)
 
 POPULATION = """
 [study]

@@ -3,15 +3,14 @@
 
 import json
 import math
-import os
 import random
 import shutil
 import subprocess
 import unittest
 
-from culm_program import BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, PROGRAM, CulmTest
+from culm_program import BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, PROGRAM, CulmTest, launcher
 
-LAUNCH = [os.environ["CULM_MPIEXEC"], "--oversubscribe", "--allow-run-as-root", "-n", "2"]
+LAUNCH = launcher(2)
 WIDTH, HEIGHT, CLAMP_ROW, LENGTH, STEM_WIDTH, FRAMES = 70, 90, 84, 76, 4.0, 90
 
 

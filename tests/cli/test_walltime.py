@@ -6,9 +6,10 @@ import os
 import re
 import unittest
 
-from culm_program import (BAD_INPUT, DONE, PATIENCE, PROGRAM, QUICK, STOPPED_EARLY, CulmTest)
+from culm_program import (BAD_INPUT, DONE, PATIENCE, PROGRAM, QUICK, STOPPED_EARLY, CulmTest,
+                          launcher)
 
-LAUNCH = [os.environ["CULM_MPIEXEC"], "--oversubscribe", "--allow-run-as-root", "-n", "2"]
+LAUNCH = launcher(2)
 
 # 4000 points of some milliseconds each: more than a run of a few seconds computes.
 ENDLESS = """

@@ -13,9 +13,8 @@ from pathlib import Path
 # The definitions are shared with the tests of the command line.
 sys.path.append(str(Path(__file__).resolve().parent.parent / "cli"))
 from culm_program import (BAD_INPUT, DONE, POINTS_FAILED, PROGRAM, SLOWNESS,  # noqa: E402,F401
-                          STOPPED_EARLY, children_of, journal_bytes)
+                          STOPPED_EARLY, ranks_of, journal_bytes, launcher)
 
-MPIEXEC = os.environ["CULM_MPIEXEC"]
 # Seconds after which a run is taken to hang: far longer than any of these studies takes.
 PATIENCE = 120 * SLOWNESS
 # mpirun processes that end_in_order had to kill.
@@ -41,27 +40,22 @@ bond_youngs_modulus_gpa = [1, 2, 3, 4, 5, 6, 7, 8]
 LONG_STUDY = STUDY.replace("[25, 50, 100]", "[10, 20, 25, 30, 40, 50, 60, 70, 80, 90, 100, 110]")
 
 
-def environment() -> dict[str, str]:
-    return os.environ | {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-
-
 def command(ranks: int, *arguments) -> list[str]:
     """culm on `ranks` ranks; one rank is started without a launcher."""
-    launcher = [MPIEXEC, "--oversubscribe", "-n", str(ranks)] if ranks > 1 else []
-    return [*launcher, PROGRAM, *arguments]
+    return [*(launcher(ranks) if ranks > 1 else []), PROGRAM, *arguments]
 
 
 def culm(folder: Path, *arguments, ranks: int = 1) -> subprocess.CompletedProcess:
     """Runs culm to its end."""
     # A damaged archive may contain texts that are not UTF-8.
     return subprocess.run(command(ranks, *arguments), cwd=folder, text=True, errors="replace",
-                          capture_output=True, timeout=PATIENCE, check=False, env=environment())
+                          capture_output=True, timeout=PATIENCE, check=False)
 
 
 def start(folder: Path, *arguments, ranks: int) -> subprocess.Popen:
     """Begins a run in a new process group, so that all its processes can be killed at once."""
     return subprocess.Popen(command(ranks, *arguments), cwd=folder, stdout=subprocess.DEVNULL,
-                            stderr=subprocess.DEVNULL, start_new_session=True, env=environment())
+                            stderr=subprocess.DEVNULL, start_new_session=True)
 
 
 def verify(folder: Path, study: str) -> dict:
@@ -91,7 +85,7 @@ def kill_at_random(process: subprocess.Popen, chance: random.Random, ranks: int,
         pass
     kinds = ["rank"] if ranks > 1 else []
     kind = chance.choice([*kinds, "job"])
-    workers = children_of(process.pid) if ranks > 1 else []
+    workers = ranks_of(process.pid) if ranks > 1 else []
     if kind == "rank" and workers:
         kill(chance.choice(workers))
     else:

@@ -26,7 +26,7 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from fault_study import (DONE, HUNG_LAUNCHERS, PATIENCE, POINTS_FAILED, STOPPED_EARLY, children_of,
+from fault_study import (DONE, HUNG_LAUNCHERS, PATIENCE, POINTS_FAILED, STOPPED_EARLY, ranks_of,
                          committed_points, culm, end_in_order, kill, kill_at_random, start, verify)
 from kill_study import Violation, contents, end_with, require
 
@@ -126,7 +126,7 @@ class Round:
             return
         except subprocess.TimeoutExpired:
             pass
-        workers = children_of(job.pid) if ranks > 1 else []
+        workers = ranks_of(job.pid) if ranks > 1 else []
         job.send_signal(number)
         try:
             end_in_order(job, workers)

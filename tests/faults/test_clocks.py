@@ -9,8 +9,7 @@ import time
 import unittest
 from pathlib import Path
 
-from fault_study import (DONE, LONG_STUDY, MPIEXEC, PATIENCE, PROGRAM, culm, environment,
-                         journal_bytes)
+from fault_study import (DONE, LONG_STUDY, PATIENCE, PROGRAM, culm, journal_bytes, launcher)
 
 LIBRARIES = sorted(Path("/usr/lib").glob("*/faketime/libfaketimeMT.so.1"))
 # Jumps ahead, far back, and ahead by more than any lease, heartbeat or walltime.
@@ -29,13 +28,13 @@ class Jumps(unittest.TestCase):
         whole = culm(self.folder, "run", "s.toml", "-o", "whole", "-q")
         self.assertEqual(whole.returncode, DONE, whole.stderr)
 
-    def run_with_jumps(self, launcher: list[str]):
+    def run_with_jumps(self, start: list[str]):
         fake = ["env", f"LD_PRELOAD={LIBRARIES[0]}", f"FAKETIME_TIMESTAMP_FILE={self.clock}",
                 "FAKETIME_NO_CACHE=1", "FAKETIME_DONT_FAKE_MONOTONIC=1"]
         started = time.monotonic()
         process = subprocess.Popen(
-            [*launcher, *fake, PROGRAM, "run", "s.toml", "-o", "out", "-q", "--walltime", "30min"],
-            cwd=self.folder, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
+            [*start, *fake, PROGRAM, "run", "s.toml", "-o", "out", "-q", "--walltime", "30min"],
+            cwd=self.folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
             text=True)
         jump = 0
         size = 0
@@ -67,7 +66,7 @@ class Jumps(unittest.TestCase):
 
     def test_do_not_disturb_two_ranks(self):
         self.assert_only_dates_differ(
-            self.run_with_jumps([MPIEXEC, "--oversubscribe", "-n", "2"]))
+            self.run_with_jumps(launcher(2)))
 
 
 if __name__ == "__main__":

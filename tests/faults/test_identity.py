@@ -9,7 +9,7 @@ import tempfile
 import unittest
 from pathlib import Path
 
-from fault_study import (DONE, STUDY, children_of, culm, end_in_order, kill_at_random, start,
+from fault_study import (DONE, STUDY, ranks_of, culm, end_in_order, kill_at_random, start,
                          verify)
 from kill_study import contents, tables
 
@@ -46,7 +46,7 @@ class FinalTables(unittest.TestCase):
         try:
             job.wait(timeout=delay)
         except subprocess.TimeoutExpired:  # still at work
-            workers = children_of(job.pid) if ranks > 1 else []
+            workers = ranks_of(job.pid) if ranks > 1 else []
             job.send_signal(chance.choice((signal.SIGUSR1, signal.SIGUSR2)))
             end_in_order(job, workers)
 

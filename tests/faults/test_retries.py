@@ -8,7 +8,7 @@ import time
 import unittest
 from pathlib import Path
 
-from fault_study import (BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, children_of, culm, end_in_order,
+from fault_study import (BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, ranks_of, culm, end_in_order,
                          kill, start)
 
 # Two points of one or two seconds each, long enough to be killed during the first.
@@ -51,7 +51,7 @@ class CrashLimit(unittest.TestCase):
         while self.starts() == before:
             self.assertLess(time.monotonic(), deadline)
             self.assertIsNone(job.poll(), "the run was over before it could be killed")
-        workers = children_of(job.pid) if ranks > 1 else []
+        workers = ranks_of(job.pid) if ranks > 1 else []
         for process in [*workers, job.pid]:
             kill(process)
         end_in_order(job, workers)

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Quantities that the force law conserves, and those that the authors' law does not.
 #include "physics/energy.hpp"
+#include "support/dissipated_power.hpp"
 #include "support/random_chain_state.hpp"
 
 #include <cmath>
@@ -45,8 +46,8 @@ TYPED_TEST(Conservation, StoredEnergyFallsByTheDissipatedPower) {
                 moving[k].a = state[k];
                 moving[k].v[0] = rate[k];
             }
-            const double change = chain_energy(dual_chain, moving.data()).stored().v[0];
-            const double power = chain_energy(chain, state.data()).dissipated_power;
+            const double change = stored_energy(dual_chain, moving.data()).v[0];
+            const double power = tests::dissipated_power(chain, state.data());
             // Kinetic and elastic power cancel to the dissipated one; the cancelling terms are up
             // to 1e4 times larger in these stirred states.
             EXPECT_NEAR(change, -power, 1e-10 * std::abs(power)) << "seed " << seed;
@@ -132,7 +133,7 @@ TYPED_TEST(Conservation, AuthorsLawLosesTheTorqueOfTheShearDamping) {
         const auto damping =
             bond.shear_damping *
             shear_velocity(frame, motion, lever_arms(bond, chain.law(), frame.length()));
-        expected += (bond.radius_1 + bond.radius_2) * frame.moment_of(elastic) -
+        expected += bond.span * frame.moment_of(elastic) -
                     frame.length() * frame.moment_of(elastic + damping);
     }
     double size = 0.0;

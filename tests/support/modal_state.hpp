@@ -55,7 +55,8 @@ inline ModalState first_mode_state(const physics::Chain<2, double>& chain,
         physics::BondState<2, double> history;
         history.shear_force[0] =
             bond.shear_stiffness *
-            (lateral[k + 1] - lateral[k] - bond.radius_1 * angle[k] - bond.radius_2 * angle[k + 1])
+            (lateral[k + 1] - lateral[k] -
+             bond.span * (bond.share_1 * angle[k] + bond.share_2 * angle[k + 1]))
                 .real();
         history.moment[0] = bond.bending_stiffness * (angle[k + 1] - angle[k]).real();
         layout.set_bond(result.state.data(), j, history);

@@ -7,6 +7,7 @@
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
+#include "core/user_files.hpp"
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/calibration.hpp"
@@ -138,9 +139,9 @@ json calibrated(const CalibrationPlan& plan, std::size_t index, const CalibrateA
         answer.line = present::calibration_table_line(found, arguments.with_check, style);
         answer.numbers = present::numbers_of(found);
         if (!arguments.output.empty())
-            present::write_text(fs::path(arguments.output) / "predictions" /
-                                    fmt::format("{:03}.csv", index + 1),
-                                present::deflections_csv(measurement, {{"predicted", &found.fit}}));
+            core::write_text(fs::path(arguments.output) / "predictions" /
+                                 fmt::format("{:03}.csv", index + 1),
+                             present::deflections_csv(measurement, {{"predicted", &found.fit}}));
         return present::calibration_json(found, law);
     } catch (const core::InputError& error) {
         return refused(measurement.stem.id, error.what(), style, answer);
@@ -298,7 +299,7 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
     const RunProvenance provenance(calibration_inputs(arguments, plan), communicator);
     const bool is_quiet = arguments.is_silent(communicator);
     if (!arguments.output.empty())
-        present::make_folder(fs::path(arguments.output) / "predictions");
+        core::create_folder(fs::path(arguments.output) / "predictions");
     try {
         StepDisplay display(is_quiet);
         if (!arguments.is_each_alone)

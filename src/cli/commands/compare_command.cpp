@@ -3,6 +3,7 @@
 #include "cli/command_line.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
+#include "core/user_files.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/comparison.hpp"
 #include "present/files.hpp"
@@ -113,7 +114,7 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
     write_results(arguments, {&measurement, 1}, "comparison.json", document);
     if (!arguments.output.empty()) {
         const fs::path output = arguments.output;
-        present::write_text(output / "deflections.csv", deflections_csv(measurement, ladder));
+        core::write_text(output / "deflections.csv", deflections_csv(measurement, ladder));
         present::write_comparison_arrays(output / "comparison.h5", ladder, measurement);
     }
     if (arguments.prints_text())

@@ -6,6 +6,7 @@
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
 #include "cluster/shell_word.hpp"
+#include "core/user_files.hpp"
 #include "diagnose/diagnosis.hpp"
 #include "diagnose/laboratory/laboratory.hpp"
 #include "farm/item_map.hpp"
@@ -260,7 +261,7 @@ core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& p
         const fs::path folder = arguments.output;
         present::write_diagnosis_arrays(folder / "diagnosis.h5", found, plan.read.measurements);
         if (found.missing_force && !found.missing_force->as_effect_file.empty())
-            present::write_text(folder / force_file_name, found.missing_force->as_effect_file);
+            core::write_text(folder / force_file_name, found.missing_force->as_effect_file);
     }
     if (arguments.prints_text())
         fmt::print("{}{}",
@@ -295,7 +296,7 @@ std::unique_ptr<KeptItems> kept_fits(const DiagnoseArguments& arguments, const D
     static_cast<void>(farm::on_root(communicator, [&] {
         if (arguments.output.empty())
             return core::ExitCode::Done;
-        present::make_folder(arguments.output);
+        core::create_folder(arguments.output);
         const json identity = {{"program", version_text()},
                                {"options", options_json(arguments, plan)},
                                {"inputs", provenance.inputs()}};

@@ -5,7 +5,6 @@
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
 #include "core/user_files.hpp"
-#include "present/files.hpp"
 
 #include <map>
 #include <string>
@@ -108,7 +107,7 @@ void export_lines(const BulkExportArguments& arguments) {
     if (arguments.output.empty())
         fmt::print("{}", lines);
     else
-        present::write_text(arguments.output, lines);
+        core::write_text(arguments.output, lines);
 }
 
 } // namespace

@@ -3,6 +3,7 @@
 #include "cli/command_line.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
+#include "core/user_files.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/files.hpp"
 #include "present/ring_down_fits.hpp"
@@ -48,12 +49,12 @@ std::string normalised_csv(const measure::Measurement& measurement,
 void write_folder(const FitArguments& arguments, const present::FitReport& report,
                   const std::vector<measure::Measurement>& measurements) {
     const fs::path folder(arguments.output);
-    present::make_folder(folder / "normalised");
-    present::write_text(folder / "fits.csv", present::fit_csv(report));
+    core::create_folder(folder / "normalised");
+    core::write_text(folder / "fits.csv", present::fit_csv(report));
     for (std::size_t i = 0; i < report.stems.size(); ++i)
         if (report.stems[i].frequency)
-            present::write_text(folder / "normalised" / fmt::format("{:03}.csv", i + 1),
-                                normalised_csv(measurements[i], report.stems[i]));
+            core::write_text(folder / "normalised" / fmt::format("{:03}.csv", i + 1),
+                             normalised_csv(measurements[i], report.stems[i]));
 }
 
 void fit(const FitArguments& arguments, core::ExitCode& exit_code) {

@@ -6,8 +6,8 @@
 #include "cluster/batch_system.hpp"
 #include "cluster/job_script.hpp"
 #include "core/error.hpp"
+#include "core/user_files.hpp"
 #include "measure/folder/measurement_folder.hpp"
-#include "present/files.hpp"
 #include "study/execute/folder_state.hpp"
 #include "study/execute/journal_notes.hpp"
 
@@ -126,7 +126,7 @@ void write_script(cluster::BatchSystem system, const JobsArguments& arguments) {
     if (arguments.script.empty())
         fmt::print("{}", script);
     else
-        present::write_text(arguments.script, script);
+        core::write_text(arguments.script, script);
 }
 
 void add_system(CLI::App& jobs, cluster::BatchSystem system, const char* name,

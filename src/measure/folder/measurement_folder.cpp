@@ -2,6 +2,7 @@
 #include "measure/folder/measurement_folder.hpp"
 
 #include "core/error.hpp"
+#include "core/user_files.hpp"
 #include "measure/folder/measurement_files.hpp"
 
 #include <algorithm>
@@ -126,14 +127,6 @@ void remove_offsets(const fs::path& folder, Measurement& measurement) {
 
 } // namespace
 
-void write_text(const fs::path& file, const std::string& text) {
-    std::ofstream out(file, std::ios::binary);
-    out << text;
-    out.flush();
-    if (!out)
-        throw core::StorageError(fmt::format("{}: cannot be written", file.string()));
-}
-
 Measurement read_measurement(const fs::path& folder) {
     if (!fs::is_directory(folder))
         throw core::InputError(
@@ -154,19 +147,16 @@ Measurement read_measurement(const fs::path& folder) {
 
 void write_measurement(const fs::path& folder, const Measurement& measurement) {
     check(folder, measurement);
-    std::error_code failed;
-    fs::create_directories(folder, failed);
-    if (failed)
-        throw core::StorageError(
-            fmt::format("{}: cannot be created: {}", folder.string(), failed.message()));
-    write_text(folder / stem_file_name, stem_file_text(measurement));
-    write_text(folder / deflection_file_name, deflection_file_text(measurement));
+    core::create_folder(folder);
+    core::write_text(folder / stem_file_name, stem_file_text(measurement));
+    core::write_text(folder / deflection_file_name, deflection_file_text(measurement));
     if (measurement.reading_uncertainties.empty()) {
-        fs::remove(folder / uncertainty_file_name, failed); // of an earlier measurement
+        std::error_code ignored;
+        fs::remove(folder / uncertainty_file_name, ignored); // of an earlier measurement
     } else {
         Measurement uncertainties = measurement;
         uncertainties.deflections = measurement.reading_uncertainties;
-        write_text(folder / uncertainty_file_name, deflection_file_text(uncertainties));
+        core::write_text(folder / uncertainty_file_name, deflection_file_text(uncertainties));
     }
     static_cast<void>(read_measurement(folder));
 }

@@ -26,9 +26,6 @@ inline constexpr const char* uncertainty_file_name = "uncertainty.csv";
 /// cannot be written.
 void write_measurement(const std::filesystem::path& folder, const Measurement& measurement);
 
-/// Throws core::StorageError if the file cannot be written.
-void write_text(const std::filesystem::path& file, const std::string& text);
-
 /// The measurement folders that a path names: the path itself if it contains deflection.csv, else
 /// the folders directly inside it that do, by name. Throws core::InputError if there are none.
 [[nodiscard]] std::vector<std::filesystem::path>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/track/track_report.hpp"
 
+#include "core/user_files.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "measure/track/track.hpp"
 
@@ -150,7 +151,7 @@ std::string summary_text(const Track& track) {
 
 void write_track(const std::filesystem::path& folder, const Track& track, bool with_video) {
     write_measurement(folder, track.measurement);
-    write_text(folder / "track.json", to_json(track).dump(2) + '\n');
+    core::write_text(folder / "track.json", to_json(track).dump(2) + '\n');
     write_contact_sheet(folder / "contact_sheet.png", track);
     if (with_video)
         write_overlay_video(folder / "overlay.avi", track);

@@ -79,8 +79,12 @@ struct ParameterSize {
     double scale;
 };
 [[nodiscard]] inline EffectParameter
-size_parameter(const char* name, const char* unit, const char* meaning, const ParameterSize& size) {
-    return {name, unit, meaning, size.default_value, size.lower, size.upper, size.scale};
+size_parameter(const char* name, const char* unit, const char* meaning, const ParameterSize& size,
+               std::vector<double> (*start_values)(const StartScales&) = nullptr) {
+    EffectParameter parameter{name,       unit,       meaning,   size.default_value,
+                              size.lower, size.upper, size.scale};
+    parameter.start_values = start_values;
+    return parameter;
 }
 
 /// The same for a location, an angle or a time scale, with the start values of a fit.
@@ -88,10 +92,9 @@ size_parameter(const char* name, const char* unit, const char* meaning, const Pa
 place_parameter(const char* name, const char* unit, const char* meaning, const ParameterSize& size,
                 std::vector<double> (*start_values)(const StartScales&),
                 FittedAs fitted_as = FittedAs::Itself) {
-    EffectParameter parameter = size_parameter(name, unit, meaning, size);
+    EffectParameter parameter = size_parameter(name, unit, meaning, size, start_values);
     parameter.fitted_as = fitted_as;
     parameter.is_place = true;
-    parameter.start_values = start_values;
     return parameter;
 }
 

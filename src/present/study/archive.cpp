@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <ranges>
 #include <string>
 #include <vector>
@@ -105,6 +106,26 @@ std::string unfinished_text(const FolderState& state) {
     return text;
 }
 
+/// The ranks that compute nothing, and why; their journals have the numbers of the ranks.
+std::string waiting_text(const FolderState& state) {
+    std::vector<std::int64_t> ranks;
+    double longest = 0.0;
+    for (const study::JournalState& journal : state.journals)
+        if (journal.is_waiting) {
+            ranks.push_back(std::atoll(&journal.scan.file[journal.scan.file.rfind('-') + 1]));
+            longest = std::max(longest, journal.age_s);
+        }
+    if (ranks.empty())
+        return {};
+    const std::int64_t remaining =
+        state.counts().missing - static_cast<std::int64_t>(state.unfinished_starts.size());
+    return fmt::format(
+        "waiting   ranks {} for up to {:.0f} s: {}\n", ranges_text(ranks), longest,
+        remaining <= 0 ? "the other ranks compute all remaining points"
+                       : counted(remaining, "point") +
+                             " not begun, which another rank holds or which would end too late");
+}
+
 std::string damage_text(const study::JournalState& journal) {
     const archive::JournalScan& scan = journal.scan;
     return fmt::format("damaged   {}: {} bytes skipped in {} places, {} bytes of a torn tail, {} "
@@ -159,6 +180,7 @@ ordered_json journal_json(const study::JournalState& journal) {
             {"bytes", scan.size},
             {"outcomes", scan.entries.size()},
             {"is_written_now", journal.is_locked},
+            {"is_waiting", journal.is_waiting},
             {"age_s", journal.age_s},
             {"torn_tail_bytes", scan.torn_tail_bytes},
             {"skipped_bytes", scan.skipped_bytes},
@@ -229,6 +251,7 @@ std::string status_text(const FolderState& state) {
     text += state.is_running() && !state.unfinished_starts.empty()
                 ? fmt::format("computing {}\n", started_points(state))
                 : unfinished_text(state);
+    text += waiting_text(state);
     for (const std::string& problem : state.problems)
         text += fmt::format("problem   {}\n", problem);
     return text;

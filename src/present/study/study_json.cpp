@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/error.hpp"
+#include "core/user_files.hpp"
 #include "present/files.hpp"
 #include "present/study/study.hpp"
 
@@ -280,20 +280,20 @@ nlohmann::json to_json(const TimestepSummary& summary) {
 }
 
 void write_summary(const StudyFolder& folder, const study::StudySummary& summary) {
-    write_text(folder.path() / "summary.json", to_json(summary).dump(2) + '\n');
+    core::write_text(folder.path() / "summary.json", to_json(summary).dump(2) + '\n');
     const std::filesystem::path path = folder.path() / "fits.csv";
     std::ofstream csv(path);
     fmt::print(csv, "point,bond_youngs_modulus_pa,bond_damping,decay_per_cycle,frequency_hz\n");
     for (std::size_t k = 0; k < summary.frequency.size(); ++k)
         fmt::print(csv, "{},{},{},{},{}\n", k, summary.youngs_modulus[k], summary.bond_damping[k],
                    summary.decay_per_cycle[k], summary.frequency[k]);
-    require_written(csv, path);
+    core::require_written(csv, path);
 }
 
 void write_summary(const StudyFolder& folder, const TimestepSummary& summary) {
-    write_text(folder.path() / "summary.json", to_json(summary).dump(2) + '\n');
-    write_text(folder.path() / "limits.csv", limits_csv(summary));
-    write_text(folder.path() / "step_errors.csv", step_errors_csv(summary));
+    core::write_text(folder.path() / "summary.json", to_json(summary).dump(2) + '\n');
+    core::write_text(folder.path() / "limits.csv", limits_csv(summary));
+    core::write_text(folder.path() / "step_errors.csv", step_errors_csv(summary));
 }
 
 nlohmann::ordered_json to_json(const study::Repetition& repetition) {

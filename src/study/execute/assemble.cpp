@@ -3,6 +3,7 @@
 #include "archive/study/file.hpp"
 #include "archive/study/writer.hpp"
 #include "core/error.hpp"
+#include "core/user_files.hpp"
 #include "study/config/study_config.hpp"
 #include "study/execute/execute.hpp"
 #include "study/execute/folder_state.hpp"
@@ -245,7 +246,7 @@ MergeOutcome merge_folders(const std::vector<StudyFolder>& sources, const StudyF
     texts.emplace_back("ranks", origin.ranks);
     texts.emplace_back("start", origin.start);
     texts.emplace_back("merged_from", names);
-    create_folder(target.path());
+    core::create_folder(target.path());
     MergeOutcome outcome;
     write_archive(target.archive(), origin.study, texts,
                   [&](std::int64_t point) { return chosen_record(opened, point, outcome); });

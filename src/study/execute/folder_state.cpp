@@ -75,7 +75,7 @@ void read_journals(const StudyFolder& folder, FolderDepth depth, FolderState& st
             if (const auto identity = archive::read_journal_identity(path))
                 require_same_identity(folder, *identity, path, state);
             JournalState journal{archive::scan_journal(file, state.identity, scan_depth),
-                                 file.is_locked(), seconds_since_change(path)};
+                                 file.is_locked(), false, seconds_since_change(path)};
             state.journal_bytes += journal.scan.size;
             state.journals.push_back(std::move(journal));
         });
@@ -110,11 +110,15 @@ void count_points(FolderState& state) {
     for (const JournalState& journal : state.journals)
         for (const archive::JournalEntry& entry : journal.scan.entries)
             add_outcome(entry, points, is_journalled, state);
-    for (const JournalState& journal : state.journals)
+    for (JournalState& journal : state.journals) {
+        journal.is_waiting = journal.is_locked;
         for (const auto& [point, times] : journal.scan.unfinished_starts)
             if (point >= 0 && point < static_cast<std::int64_t>(points.size()) &&
-                points[static_cast<std::size_t>(point)] == PointStatus::Missing)
+                points[static_cast<std::size_t>(point)] == PointStatus::Missing) {
                 state.unfinished_starts[point] += times;
+                journal.is_waiting = false;
+            }
+    }
 }
 
 } // namespace

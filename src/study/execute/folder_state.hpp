@@ -21,8 +21,9 @@ namespace culm::study {
 /// One journal of the folder.
 struct JournalState {
     archive::JournalScan scan;
-    bool is_locked = false; ///< a process writes it
-    double age_s = 0.0;     ///< since its last change
+    bool is_locked = false;  ///< a process writes it
+    bool is_waiting = false; ///< that process has begun no point that is still missing
+    double age_s = 0.0;      ///< since its last change
 };
 
 struct PointCounts {

@@ -151,14 +151,6 @@ bool is_there(const fs::path& path) {
     return exists;
 }
 
-void create_folder(const fs::path& folder) {
-    std::error_code error;
-    fs::create_directories(folder, error);
-    if (error)
-        throw core::StorageError(
-            fmt::format("cannot create the folder {}: {}", folder.string(), error.message()));
-}
-
 void make_writable(const StudyFolder& folder) {
     const std::string name = folder.path().string();
     std::error_code error;

@@ -36,9 +36,6 @@ class StudyFolder {
 /// example because the folder above may not be searched.
 [[nodiscard]] bool is_there(const std::filesystem::path& path);
 
-/// Creates the folder if need be. Throws core::StorageError.
-void create_folder(const std::filesystem::path& folder);
-
 /// Creates the folder if need be. Throws core::InputError when it may not be written,
 /// core::StorageError when the disk has no room for it.
 void make_writable(const StudyFolder& folder);

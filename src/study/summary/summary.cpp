@@ -4,6 +4,7 @@
 #include "archive/study/description.hpp"
 #include "archive/study/file.hpp"
 #include "core/error.hpp"
+#include "core/user_files.hpp"
 #include "study/config/study_config.hpp"
 #include "study/execute/point_results.hpp"
 
@@ -168,9 +169,7 @@ void write_points(const StudyFile& file, const fs::path& target) {
                    is_failed ? csv_text(file.failure_kind(point)) : std::string(),
                    is_failed ? csv_text(file.failure_reason(point)) : std::string());
     }
-    table.close();
-    if (!table)
-        throw core::StorageError(fmt::format("{}: cannot be written", path.string()));
+    core::require_written(table, path);
 }
 
 } // namespace
@@ -319,7 +318,7 @@ ExportOutcome export_archive(const StudyFolder& folder, const fs::path& target) 
             fmt::format("{} is there already; choose another folder with -o or remove it",
                         (target / "points.csv").string()));
     const StudyFile file(folder.archive());
-    create_folder(target);
+    core::create_folder(target);
     write_points(file, target);
     ExportOutcome outcome;
     outcome.points = file.point_count();

@@ -28,7 +28,7 @@ TEST(Taper, ScalesSectionAndMassWithTheDiameter) {
         expect_relative(bond.normal_damping, plain.normal_damping * std::pow(scale, 2));
         expect_relative(bond.bending_damping, plain.bending_damping * std::pow(scale, 4));
         EXPECT_EQ(bond.length, plain.length);
-        EXPECT_EQ(bond.radius_1, plain.radius_1);
+        EXPECT_EQ(bond.span, plain.span);
     }
     for (std::size_t i = 0; i < 56; ++i) {
         const double scale = 1.0 - 0.4 * (static_cast<double>(i) / 55.0 - 0.5);

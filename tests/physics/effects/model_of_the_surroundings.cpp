@@ -3,6 +3,7 @@
 #include "core/error.hpp"
 #include "effect_bench.hpp"
 #include "physics/energy.hpp"
+#include "support/dissipated_power.hpp"
 #include "support/random_chain_state.hpp"
 
 #include <cmath>
@@ -159,9 +160,7 @@ struct MovingChain {
         base.spin[0] = 0.07;
         chain.layout().set_sphere(state.data(), 0, base);
     }
-    [[nodiscard]] double power() const {
-        return chain_energy(chain, state.data()).dissipated_power;
-    }
+    [[nodiscard]] double power() const { return tests::dissipated_power(chain, state.data()); }
 };
 
 TEST(AirDrag, DissipatesThePowerThatItsCardStates) {

@@ -9,6 +9,7 @@
 #include "physics/effects/stem_scales.hpp"
 #include "run/case_lanes.hpp"
 #include "run/case_model.hpp"
+#include "support/dissipated_power.hpp"
 #include "support/integrate_implicit.hpp"
 
 #include <set>
@@ -57,7 +58,7 @@ Account account_of(const CaseSpec& spec) {
     if (released.failures.at(0))
         throw std::runtime_error(released.failures.front()->reason);
     const physics::Chain<Dim, double> chain(spec.stem.sphere_count, released.model, spec.law);
-    const double rest = physics::chain_energy(chain, chain.straight_state().data()).stored();
+    const double rest = physics::stored_energy(chain, chain.straight_state().data());
     integrate::ImplicitOptions options;
     options.relative_tolerance = 1e-9;
     options.rate_error_weight = 1.0;
@@ -66,10 +67,9 @@ Account account_of(const CaseSpec& spec) {
     integrate::integrate_implicit(
         chain, state, integrate::cantilever_scales(spec.stem, spec.tip_deflection), spec.duration,
         [&](double time, std::span<const double> at) {
-            const auto energy = physics::chain_energy(chain, at.data());
             account.times.push_back(time);
-            account.stored.push_back(energy.stored() - rest);
-            account.taken.push_back(energy.dissipated_power);
+            account.stored.push_back(physics::stored_energy(chain, at.data()) - rest);
+            account.taken.push_back(tests::dissipated_power(chain, at.data()));
             account.given.push_back(power_from_outside(chain, at, time));
         },
         options);

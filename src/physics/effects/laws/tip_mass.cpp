@@ -20,18 +20,13 @@ EffectPointer tip_mass() {
          .remedy = "weigh ear and marker and fix mass_kg; a second release with a known mass "
                    "distinguishes it from clamp and modulus",
          .energy = "holds ½ m v² at the tip. Conservative",
-         .parameters = {{.name = "mass_kg",
-                         .unit = "kg",
-                         .meaning = "mass at the tip beyond the stem's own",
-                         .default_value = 1e-5,
-                         .lower = 0.0,
-                         .upper = 10.0,
-                         .scale = 1e-5,
-                         // A long valley of the objective connects a mass and a stiffer stem.
-                         .start_values =
-                             [](const StartScales& of) {
-                                 return std::vector{0.03 * of.mass, 0.3 * of.mass, 1.5 * of.mass};
-                             }}},
+         // A long valley of the objective connects a mass and a stiffer stem.
+         .parameters = {size_parameter(
+             "mass_kg", "kg", "mass at the tip beyond the stem's own",
+             {.default_value = 1e-5, .lower = 0.0, .upper = 10.0, .scale = 1e-5},
+             [](const StartScales& of) {
+                 return std::vector{0.03 * of.mass, 0.3 * of.mass, 1.5 * of.mass};
+             })},
          .belongs_to = BelongsTo::Recording},
         [](std::span<const double> values, EffectTarget& target) {
             target.attached.push_back({target.stem.free_length(), values[0]});
