@@ -87,7 +87,11 @@ def ranks_of(process_id: int) -> list[int]:
     """The processes of culm that a launcher started, itself (Open MPI) or by a proxy (MPICH)."""
     ranks = []
     for child in children_of(process_id):
-        is_culm = Path(f"/proc/{child}/exe").resolve() == Path(PROGRAM).resolve()
+        try:
+            program = os.readlink(f"/proc/{child}/exe")
+        except OSError:
+            continue  # has ended meanwhile
+        is_culm = program == str(Path(PROGRAM).resolve())
         ranks += [child] if is_culm else ranks_of(child)
     return ranks
 
