@@ -98,11 +98,12 @@ class TwoRanksInterrupted(CulmTest):
         self.assert_resume_finishes(24 - self.kept_points(errors))
 
     def test_keep_their_points_after_the_signal_that_ends_mpirun(self):
-        # mpirun forwards SIGTERM after a second and ends with its own exit code. The study may be
-        # complete by then.
+        # Open MPI forwards SIGTERM after a second and ends with its own exit code, MPICH at once and
+        # with that of culm. The study may be complete by then.
         self.launcher.send_signal(signal.SIGTERM)
         self.launcher.communicate(timeout=PATIENCE)
-        self.assertNotEqual(self.launcher.returncode, DONE)
+        if not (self.folder / "out/study.h5").exists():
+            self.assertNotEqual(self.launcher.returncode, DONE)
         self.assert_resume_keeps_points()
 
     def test_keep_the_points_of_both_after_the_death_of_one(self):
