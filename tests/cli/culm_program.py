@@ -54,7 +54,7 @@ UNDISTURBED: dict[str, str] = {}
 
 
 def launcher(ranks: int) -> list[str]:
-    """The beginning of a command that starts a program on so many ranks."""
+    """The beginning of a command that starts a program on `ranks` ranks."""
     return [os.environ["CULM_MPIEXEC"], "-n", str(ranks)]
 
 

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Kills ranks and jobs of small studies at random, resumes, and checks that nothing was lost.
 
-kill_study.py --kills 20 --seed 1
+kill_study.py --kills 20 --seed 1 [--method sundials]
 
 After every kill no committed point may be missing, no point may have two outcomes, and every file
 must be readable. The tables of a finished study must equal those of an undisturbed run byte for
@@ -96,13 +96,16 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--kills", type=int, default=20)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--method", default="implicit", choices=["implicit", "explicit", "sundials"],
+                        help="the integrator")
     arguments = parser.parse_args()
     chance = random.Random(arguments.seed)
     kills: Counter = Counter()
     studies = 0
     with tempfile.TemporaryDirectory(prefix="culm-faults-") as place:
         folder = Path(place)
-        (folder / "s.toml").write_text(STUDY, encoding="utf-8")
+        (folder / "s.toml").write_text(
+            STUDY + f'[integrator]\nmethod = "{arguments.method}"\n', encoding="utf-8")
         require(culm(folder, "run", "s.toml", "-o", "undisturbed", "-q").returncode == DONE,
                 "the undisturbed run failed")
         expected = tables(folder, "undisturbed"), contents(folder, "undisturbed")
