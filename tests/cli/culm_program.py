@@ -11,8 +11,8 @@ import unittest
 from pathlib import Path
 
 PROGRAM = os.environ["CULM_PROGRAM"]
-# Open MPI refuses to start as root or on more ranks
-# than cores without these variables (PRTE: version 5). Other MPIs ignore them.
+# Open MPI refuses to start as root or on more ranks than cores without these variables (PRTE:
+# version 5). Other MPIs ignore them.
 os.environ |= {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
                "OMPI_MCA_rmaps_base_oversubscribe": "1",
                "PRTE_MCA_rmaps_default_mapping_policy": ":oversubscribe"}

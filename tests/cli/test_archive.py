@@ -16,7 +16,7 @@ import time
 import unittest
 from pathlib import Path
 
-from culm_program import (BAD_INPUT, DONE, OVERDAMPED, POINTS_FAILED, PATIENCE, PROGRAM, QUICK,
+from culm_program import (BAD_INPUT, DONE, OVERDAMPED, PATIENCE, POINTS_FAILED, PROGRAM, QUICK,
                           SLOW, STOPPED_EARLY, CulmTest, launcher)
 
 SOURCE = Path(__file__).resolve().parents[2]

@@ -83,8 +83,7 @@ class PrivateSlurm:
         # Both nodes are this machine, so shared memory between "two nodes" must not be tried.
         self.environment = os.environ | {
             "PATH": path_with_daemons(), "SLURM_CONF": str(folder / "slurm.conf"),
-            "OMPI_MCA_btl": "self,tcp", "OMPI_ALLOW_RUN_AS_ROOT": "1",
-            "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+            "OMPI_MCA_btl": "self,tcp"}
         for name in ("SLURM_JOB_ID", "SLURM_JOBID", "PBS_JOBID"):
             self.environment.pop(name, None)
 

@@ -75,7 +75,7 @@ void read_journals(const StudyFolder& folder, FolderDepth depth, FolderState& st
             if (const auto identity = archive::read_journal_identity(path))
                 require_same_identity(folder, *identity, path, state);
             JournalState journal{archive::scan_journal(file, state.identity, scan_depth),
-                                 file.is_locked(), false, seconds_since_change(path)};
+                                 file.is_locked(), seconds_since_change(path)};
             state.journal_bytes += journal.scan.size;
             state.journals.push_back(std::move(journal));
         });

@@ -22,8 +22,8 @@ namespace culm::study {
 struct JournalState {
     archive::JournalScan scan;
     bool is_locked = false;  ///< a process writes it
-    bool is_waiting = false; ///< that process has begun no point that is still missing
     double age_s = 0.0;      ///< since its last change
+    bool is_waiting = false; ///< that process has begun no point that is still missing
 };
 
 struct PointCounts {
