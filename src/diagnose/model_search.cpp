@@ -334,7 +334,8 @@ class Search {
         std::ranges::stable_sort(likely, std::greater{},
                                  [](const Prediction* each) { return each->log_evidence; });
         const double here = visited_[base_].log_evidence;
-        likely.resize(std::min(likely.size(), models_per_round));
+        while (likely.size() > models_per_round)
+            likely.pop_back();
         for (const Prediction* each : likely) {
             const fit::SelectedEffects& next = first_to_fit(*each).effects;
             const bool is_close =

@@ -86,7 +86,8 @@ TEST(LogEvidence, EqualsThatOfTheSmallerModelForUndeterminedParameters) {
     place.range = 7.0;
     diagnose::ModelEvidence smaller;
     smaller.misfits = {1000.0};
-    diagnose::ModelEvidence larger = smaller;
+    diagnose::ModelEvidence larger;
+    larger.misfits = smaller.misfits;
     larger.numbers = 2;
     larger.information.assign(4, 0.0);
     larger.log_prior = size.log_density(0.0) + place.log_density(2.0);

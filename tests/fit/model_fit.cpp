@@ -123,8 +123,8 @@ TEST(Fit, FindsOneValueForAnEffectOfBothRecordings) {
     const fit::Fit fit =
         fit::fit_model(effects({"clamp_compliance"}), fit::fit_model({}, {}, two), two);
     ASSERT_FALSE(fit.failed()) << fit.reason;
-    const auto& stiffness = parameter(fit, "clamp_compliance.stiffness_nm_rad");
-    EXPECT_NEAR(stiffness.value, 0.7, 0.05 * 0.7);
+    const double stiffness = parameter(fit, "clamp_compliance.stiffness_nm_rad").value;
+    EXPECT_NEAR(stiffness, 0.7, 0.05 * 0.7);
     EXPECT_NEAR(fit.reduced_chi_squared, 1.0, 0.15); // as above
 }
 

@@ -39,7 +39,7 @@ const fit::BudgetInput& line_of(const fit::UncertaintyBudget& budget, const std:
 /// d ln Y/d ln x of an input.
 double exponent(const fit::UncertaintyBudget& budget, const fit::RecordingFit& fit,
                 const std::string& input) {
-    const fit::BudgetInput& line = line_of(budget, input);
+    const fit::BudgetInput line = line_of(budget, input);
     return line.sensitivities[place_of(fit, physics::bond_youngs_modulus)] * line.input.value /
            fit.find(physics::bond_youngs_modulus)->value;
 }
@@ -73,7 +73,7 @@ TEST(UncertaintyBudget, FollowsDensityAndDiameterForADragCoefficient) {
         fit::uncertainty_budget(fit, fits.models.back().judged.parts.front(), measurement);
     const std::size_t place = place_of(fit, id("quadratic_drag.drag_coefficient"));
     for (const char* const input : {"density", "diameter"}) {
-        const fit::BudgetInput& line = line_of(budget, input);
+        const fit::BudgetInput line = line_of(budget, input);
         EXPECT_NEAR(line.sensitivities[place] * line.input.value / fit.parameters[place].value, 1.0,
                     0.03)
             << input;
@@ -152,7 +152,7 @@ TEST(UncertaintyBudget, PullsAnInputTowardsTheValueThatMadeTheReadings) {
     for (double& height : stated.heights)
         height -= wrong;
     const fit::UncertaintyBudget budget = fitted(stated).budget;
-    const fit::BudgetInput& clamp = line_of(budget, "clamp height");
+    const fit::BudgetInput clamp = line_of(budget, "clamp height");
     EXPECT_GT(clamp.pull, 3.0);
     EXPECT_LT(clamp.uncertainty_with_readings, clamp.input.standard_uncertainty);
     // Y absorbs the whole effect of the density on the frequency.

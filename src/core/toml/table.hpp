@@ -16,7 +16,7 @@
 #include <string_view>
 #include <vector>
 
-#include <toml++/impl/forward_declarations.h>
+#include <toml++/toml.h>
 
 namespace culm::core {
 
