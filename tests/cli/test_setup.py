@@ -2,8 +2,13 @@
 """culm setup: the detection, the page it writes, and the dialogue in the terminal."""
 
 import json
+import os
+import random
+import resource
+import signal
 import subprocess
 import sys
+import time
 import tomllib
 import unittest
 from importlib.util import find_spec
@@ -40,6 +45,31 @@ class Setup(CulmTest):
         return subprocess.run([PROGRAM, "setup", self.frames, "-o", output, "--text"], input=text,
                               cwd=self.folder, text=True, capture_output=True, timeout=PATIENCE,
                               check=False)
+
+    def test_leaves_a_whole_page_or_none_when_killed_or_out_of_space(self):
+        started = time.monotonic()
+        self.assert_exit(self.culm("setup", self.frames, "-o", "S07"), DONE)
+        duration = time.monotonic() - started
+        page = self.folder / "S07/setup.html"
+        whole = page.read_text("utf-8")
+        page.unlink()
+        chance = random.Random(1)
+        for _ in range(10):
+            process = subprocess.Popen([PROGRAM, "setup", self.frames, "-o", "S07"],
+                                       cwd=self.folder, start_new_session=True,
+                                       stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            time.sleep(chance.uniform(0.5, 1.1) * duration)
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+            if page.exists():
+                self.assertTrue(page.read_text("utf-8") == whole)
+        self.assert_exit(self.culm("setup", self.frames, "-o", "S07"), DONE)
+        full = self.culm("setup", self.frames, "-o", "S07", preexec_fn=lambda: resource.setrlimit(
+            resource.RLIMIT_FSIZE, (10_000, 10_000)))
+        self.assert_exit(full, BAD_INPUT)
+        self.assertIn("File too large", full.stderr)
+        self.assertTrue(page.read_text("utf-8") == whole, "the page of the run before is changed")
+        self.assertEqual([file.name for file in page.parent.glob("*.tmp")], [])
 
     def test_finds_the_stem_the_release_and_the_swing(self):
         import drawn_video as truth
