@@ -18,6 +18,7 @@
 #include <vector>
 
 #include <fmt/core.h>
+#include <unistd.h>
 
 namespace culm::bench {
 namespace {
@@ -26,6 +27,7 @@ namespace {
 struct Run {
     double wall = 0.0;     ///< s, of everything between the start and the end of the study
     double busy = 0.0;     ///< share of the ranks' time in the map that went into work functions
+    double outside = 0.0;  ///< share of the wall time outside the map, when one rank works
     double assembly = 0.0; ///< s
 };
 
@@ -44,29 +46,48 @@ Run run_alone(const farm::Communicator& communicator, const Task& task) {
     return run;
 }
 
+/// Wall time of the whole task on every rank at once, without a message between them: the mean over
+/// the ranks, in s, on rank 0. It exceeds the time of one rank alone by what the machine loses.
+double run_apart(const farm::Communicator& communicator, const Task& task) {
+    communicator.barrier();
+    double sum = 0.0;
+    for (const std::string& wall : communicator.gather(fmt::format("{:.17g}", task(nullptr).wall)))
+        sum += std::stod(wall);
+    return sum / communicator.size();
+}
+
 void compare_ranks(const farm::Communicator& communicator, const char* name, const Task& task) {
-    constexpr int rounds = 3;
-    std::vector<double> ratios;
-    std::vector<double> busy;
-    std::vector<double> alone;
+    constexpr int rounds = 5;
+    Timings alone;
+    Timings apart;
+    Timings together;
+    Timings busy;
+    Timings outside;
     for (int round = 0; round < rounds; ++round) {
-        const Run one = run_alone(communicator, task);
+        const double one = run_alone(communicator, task).wall;
+        const double independent = run_apart(communicator, task);
         communicator.barrier();
         const Run all = task(&communicator);
-        alone.push_back(one.wall);
-        ratios.push_back(one.wall / all.wall / communicator.size());
-        busy.push_back(all.busy);
+        alone.seconds.push_back(one);
+        apart.seconds.push_back(one / independent);
+        together.seconds.push_back(one / all.wall / communicator.size());
+        busy.seconds.push_back(all.busy);
+        outside.seconds.push_back(all.outside);
     }
     if (communicator.rank() == 0)
-        fmt::print("| {} | {:.1f} | {:.1f} % | {:.1f} % | {:.1f} % |\n", name,
-                   Timings{alone}.median(), 100.0 * Timings{ratios}.median(),
-                   100.0 * *std::ranges::max_element(ratios), 100.0 * Timings{busy}.median());
+        fmt::print(
+            "| {} | {:.1f} | {:.1f} % | {:.1f} % ({:.1f} to {:.1f}) | {:.1f} % | {:.1f} % |\n",
+            name, alone.median(), 100.0 * apart.median(), 100.0 * together.median(),
+            100.0 * *std::ranges::min_element(together.seconds),
+            100.0 * *std::ranges::max_element(together.seconds), 100.0 * busy.median(),
+            100.0 * outside.median());
 }
 
 Run measured(const farm::Summary& summary, double start) {
     Run run;
     run.wall = wall_seconds() - start;
     run.busy = summary.work_s / (summary.elapsed_s * summary.ranks);
+    run.outside = 1.0 - summary.elapsed_s / run.wall;
     return run;
 }
 
@@ -89,7 +110,8 @@ Run synthetic(const farm::Communicator* communicator) {
 Run real_study(const farm::Communicator* communicator, const std::filesystem::path& scratch,
                const std::string& text) {
     const study::Study study = study::parse_study(text, "bench.toml");
-    const study::StudyFolder folder(scratch / "study");
+    const study::StudyFolder folder(
+        scratch / (communicator == nullptr ? fmt::format("study-{}", ::getpid()) : "study"));
     if (communicator == nullptr || communicator->rank() == 0)
         std::filesystem::remove_all(folder.path());
     if (communicator != nullptr)
@@ -113,8 +135,8 @@ void print_efficiency(const farm::Communicator& communicator,
                       const std::filesystem::path& scratch) {
     if (communicator.rank() == 0)
         fmt::print(
-            "\n## Efficiency of {} ranks\n\n| work | 1 rank, s | efficiency, median | best | "
-            "busy |\n|---|---:|---:|---:|---:|\n",
+            "\n## Efficiency of {} ranks\n\n| work | 1 rank, s | independent ranks | efficiency | "
+            "busy | outside the map |\n|---|---:|---:|---:|---:|---:|\n",
             communicator.size());
     compare_ranks(communicator, "synthetic, 1000 batches of 20 ms on average", &synthetic);
     const std::string text = agreed_study_text(communicator, "tip", 20.0);
