@@ -116,7 +116,7 @@ def disturb_once(folder: Path, name: str, chance: random.Random) -> str:
 
 
 def disturb(folder: Path, name: str, chance: random.Random, seen: Counter, wanted: int):
-    """Disturbs a diagnosis until it ends by itself, at most ten times; then completes it."""
+    """Disturbs a diagnosis until it is complete, at most ten times; then completes it."""
     mine: Counter = Counter()
     while sum(mine.values()) < 10 and sum(seen.values()) + sum(mine.values()) < wanted:
         kind = disturb_once(folder, name, chance)
