@@ -24,7 +24,8 @@ import tempfile
 from collections import Counter
 from pathlib import Path
 
-from fault_study import (BAD_INPUT, DONE, PATIENCE, STOPPED_EARLY, command, culm, kill_at_random, start)
+from fault_study import (BAD_INPUT, DONE, PATIENCE, STOPPED_EARLY, command, culm,
+                         kill_at_random, start)
 from kill_study import end_with, require
 
 OPTIONS = ("diagnose", "A", "B", "--spheres", "12", "--window", "0.2", "--candidates",
@@ -47,6 +48,11 @@ def kept_bytes(folder: Path, name: str) -> int:
     return kept.stat().st_size if kept.exists() else 0
 
 
+def is_finished(folder: Path, name: str) -> bool:
+    """Whether the document exists and the kept fits are deleted, which a kill may separate."""
+    return (folder / name / "laboratory.json").exists() and kept_bytes(folder, name) == 0
+
+
 def result(folder: Path, name: str) -> dict:
     """The document of a diagnosis without the provenance, which states time, host and ranks."""
     found = json.loads((folder / name / "laboratory.json").read_text(encoding="utf-8"))
@@ -57,7 +63,7 @@ def result(folder: Path, name: str) -> dict:
 def stop(process: subprocess.Popen, chance: random.Random) -> str:
     """Sends a stop signal at a random moment; returns the kind of disturbance."""
     try:
-        process.wait(timeout=chance.expovariate(1.0 / 1.0))
+        process.wait(timeout=chance.expovariate(1.0))
         return "ended"
     except subprocess.TimeoutExpired:
         process.send_signal(chance.choice([signal.SIGINT, signal.SIGTERM]))
@@ -66,12 +72,10 @@ def stop(process: subprocess.Popen, chance: random.Random) -> str:
 
 
 def fill_disk(folder: Path, arguments: list[str], size: int, has_begun: bool) -> str:
-    """Runs with a limit on the size of every file; SIGXFSZ is ignored as a full disk sends none."""
-    def limit():
-        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-    finished = subprocess.run(command(1, *arguments), cwd=folder, text=True, capture_output=True,
-                              timeout=PATIENCE, check=False, preexec_fn=limit)
+    """Runs with a limit on the size of every file; culm ignores SIGXFSZ, as a full disk sends none."""
+    finished = subprocess.run(
+        command(1, *arguments), cwd=folder, text=True, capture_output=True, timeout=PATIENCE,
+        check=False, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)))
     # A disk that is full before anything was computed is refused like any unwritable folder.
     expected = (DONE, STOPPED_EARLY) if has_begun else (DONE, STOPPED_EARLY, BAD_INPUT)
     require(finished.returncode in expected,
@@ -109,8 +113,8 @@ def disturb_once(folder: Path, name: str, chance: random.Random) -> str:
     else:
         ranks = chance.choice([1, 1, 2, 3])
         kind = kill_at_random(start(folder, *arguments, ranks=ranks), chance, ranks,
-                              chance.expovariate(1.0 / 1.0))
-    finished = (folder / name / "laboratory.json").exists()
+                              chance.expovariate(1.0))
+    finished = is_finished(folder, name)
     require(finished or kept_bytes(folder, name) >= before, "kept fits are lost")
     return "ended" if finished else kind
 
@@ -122,10 +126,10 @@ def disturb(folder: Path, name: str, chance: random.Random, seen: Counter, wante
         kind = disturb_once(folder, name, chance)
         if kind == "ended":
             break
-        if not kind.startswith("too "):
+        if kind != "too early":
             mine[kind] += 1
     seen.update(mine)
-    if not (folder / name / "laboratory.json").exists():
+    if not is_finished(folder, name):
         finished = culm(folder, *OPTIONS, "-o", name, "--resume", ranks=chance.choice([1, 2]))
         require(finished.returncode == DONE, f"resume failed: {finished.stderr}")
     files = sorted(os.listdir(folder / name))
