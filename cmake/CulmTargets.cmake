@@ -14,6 +14,10 @@ endif()
 if(CULM_ARCHITECTURE)
     target_compile_options(culm_build_flags INTERFACE -march=${CULM_ARCHITECTURE})
 endif()
+# Simulations of chains take the time of studies and diagnoses. Targets without such loops compile
+# faster with -O1 and run as fast; -fexpensive-optimizations keeps fused multiplication there.
+define_property(TARGET PROPERTY CULM_SIMULATES BRIEF_DOCS "Is the target compiled with -O3?")
+target_compile_options(culm_build_flags INTERFACE "$<BUILD_INTERFACE:$<$<AND:$<CONFIG:Release>,$<NOT:$<BOOL:$<TARGET_PROPERTY:CULM_SIMULATES>>>>:-O1;-fexpensive-optimizations>>")
 # GCC's checks for null and for the size of objects find nothing that the address sanitizer misses, and
 # with them one source of integrate/ compiles for more than five minutes.
 if(CULM_SANITIZE)
@@ -29,10 +33,16 @@ target_compile_definitions(culm_build_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
 # Most of a file's compile time goes into other projects' headers: sources are compiled in groups that parse
 # them once. A tool that reads files one by one (clang-tidy) turns this off.
 option(CULM_GROUP_SOURCES "Compile the sources of a library in groups" ON)
-function(culm_group_sources target)
+function(culm_group_sources target size)
     if(CULM_GROUP_SOURCES)
-        set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 12)
+        set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${size})
     endif()
+endfunction()
+
+# Sources that are compiled with -O3 in a target that is not: their loops show in a profile.
+function(culm_optimise)
+    set_source_files_properties(${ARGN} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON
+        COMPILE_OPTIONS "$<$<CONFIG:Release>:-O3>")
 endfunction()
 
 # In a group a local name may equal that of a constant of another file, which is harmless.
@@ -42,13 +52,18 @@ else()
     target_compile_options(culm_build_flags INTERFACE "$<BUILD_INTERFACE:-Wshadow>")
 endif()
 
-# culm_add_layer(<folder> SOURCES ... LINKS ...): the library culm_<folder>, alias culm::<folder>.
+# culm_add_layer(<folder> [SIMULATES] [GROUP size] SOURCES ... LINKS ...): the library culm_<folder>,
+# alias culm::<folder>. GROUP: the number of sources that are compiled together.
 function(culm_add_layer folder)
-    cmake_parse_arguments(ARG "" "" "SOURCES;LINKS" ${ARGN})
+    cmake_parse_arguments(ARG "SIMULATES" "GROUP" "SOURCES;LINKS" ${ARGN})
+    if(NOT ARG_GROUP)
+        set(ARG_GROUP 12)
+    endif()
     add_library(culm_${folder} STATIC ${ARG_SOURCES})
     add_library(culm::${folder} ALIAS culm_${folder})
     target_include_directories(culm_${folder} PUBLIC
         "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>" "$<INSTALL_INTERFACE:include/culm>")
     target_link_libraries(culm_${folder} PUBLIC culm_build_flags ${ARG_LINKS})
-    culm_group_sources(culm_${folder})
+    set_target_properties(culm_${folder} PROPERTIES CULM_SIMULATES ${ARG_SIMULATES})
+    culm_group_sources(culm_${folder} ${ARG_GROUP})
 endfunction()

@@ -20,18 +20,6 @@ std::string_view environment_value(const char* name) {
 
 } // namespace
 
-CLI::Validator number_in(const study::Interval& range) {
-    const auto complaint = [range](const std::string& text) {
-        char* end = nullptr;
-        const double value = std::strtod(text.c_str(), &end);
-        const bool is_number = end != text.c_str() && *end == '\0';
-        return is_number && range.contains(value)
-                   ? std::string()
-                   : fmt::format("{} is not a number in {}", text, range.text());
-    };
-    return {complaint, "in " + range.text()};
-}
-
 present::TextStyle style_of(std::FILE* stream) {
     const std::string_view terminal = environment_value("TERM");
     // Launchers give each process its own terminal, even if the output is redirected.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm: parse, call, print.
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "cli/provenance.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/recordings.hpp"
 
+#include "cli/options.hpp"
+
 #include "core/user_files.hpp"
 #include "fit/model/stem_chain.hpp"
 #include "physics/bond_law_options.hpp"

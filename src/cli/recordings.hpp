@@ -12,8 +12,11 @@
 #include <string>
 #include <vector>
 
-#include <CLI/App.hpp>
-#include <nlohmann/json.hpp>
+#include <nlohmann/json_fwd.hpp>
+
+namespace CLI {
+class App;
+}
 
 namespace culm::cli {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm-track: the part of culm that reads videos. `culm track` executes it with its command line.
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "cli/progress.hpp"
 #include "farm/item_map.hpp"
 #include "measure/track/frames/frame_source.hpp"
@@ -17,6 +17,7 @@
 #include <vector>
 
 #include <fmt/core.h>
+#include <nlohmann/json.hpp>
 
 namespace culm::cli {
 namespace {

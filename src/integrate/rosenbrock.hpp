@@ -221,7 +221,7 @@ class Rosenbrock {
     }
 
     template <std::size_t Stage>
-    [[gnu::flatten]] void run_stage() {
+    void run_stage() {
         const std::size_t size = state_.size();
         T* const increment = increments_[Stage].data();
         if constexpr (Stage > 0)
@@ -244,7 +244,7 @@ class Rosenbrock {
     /// Writes the stage's argument, and Σ c_ij U_j into the array of its increment. Both are
     /// computed in one pass, because reading the increments takes most of the time.
     template <std::size_t Stage>
-    void sum_stages() {
+    [[gnu::flatten]] void sum_stages() {
         constexpr auto& a = Method::argument[Stage];
         constexpr auto& c = Method::coupling[Stage];
         T* const increment = increments_[Stage].data();

@@ -2,7 +2,6 @@
 // Results as files: text, JSON, and their folders.
 #pragma once
 
-#include "core/user_files.hpp"
 #include "reduce/population_statistics.hpp"
 
 #include <cmath>
@@ -38,17 +37,7 @@ namespace culm::present {
 }
 
 /// Moments with their intervals and quantiles, each times `scale`.
-[[nodiscard]] inline nlohmann::json sample_json(const reduce::SampleSummary& sample,
-                                                double scale = 1.0) {
-    return {{"mean", number(scale * sample.mean)},
-            {"mean_interval", bounds_json(sample.mean_interval, scale)},
-            {"standard_deviation", number(scale * sample.standard_deviation)},
-            {"standard_deviation_interval", bounds_json(sample.standard_deviation_interval, scale)},
-            {"lowest", number(scale * sample.lowest)},
-            {"median", number(scale * sample.median)},
-            {"highest", number(scale * sample.highest)},
-            {"central_90_percent", bounds_json(sample.central_90_percent, scale)}};
-}
+[[nodiscard]] nlohmann::json sample_json(const reduce::SampleSummary& sample, double scale = 1.0);
 
 /// A JSON array of `one(item)` for each item.
 template <class Json = nlohmann::json, class Items, class One>
@@ -71,14 +60,6 @@ template <class One>
 }
 
 /// Writes to the file, or to standard output for "-". Throws core::StorageError.
-inline void write_json(const std::string& file, const nlohmann::json& json) {
-    // Names from damaged or foreign files need not be UTF-8.
-    const std::string text =
-        json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + '\n';
-    if (file == "-")
-        fmt::print("{}", text);
-    else
-        core::write_text(file, text);
-}
+void write_json(const std::string& file, const nlohmann::json& json);
 
 } // namespace culm::present

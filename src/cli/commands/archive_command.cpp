@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm archive info|status|verify|merge|export DIR
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "cli/provenance.hpp"
 #include "present/files.hpp"
 #include "present/study/study.hpp"

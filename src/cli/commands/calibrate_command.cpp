@@ -3,7 +3,7 @@
 #include "calibrate/calibration.hpp"
 #include "calibrate/shared_effects.hpp"
 #include "calibrate/study_calibration.hpp"
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm compare MEASUREMENT: compares one measurement with growing models.
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
 #include "core/user_files.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm diagnose MEASUREMENT...: finds the effect that the recordings require, on all ranks.
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "cli/interruption.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm effects [NAME...]
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "physics/effects/library.hpp"
 #include "present/files.hpp"
 #include "present/text.hpp"

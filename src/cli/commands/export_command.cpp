@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm export liggghts|lammps CALIBRATION
 #include "calibrate/bulk_export.hpp"
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
 #include "core/user_files.hpp"

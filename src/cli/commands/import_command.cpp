@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm import MAPPING.toml -o DIR, culm import RECORDING -o DIR
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "cli/provenance.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "measure/import/import_recording.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm jobs slurm|pbs STUDY.toml|MEASUREMENT... --nodes N
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
 #include "cluster/batch_system.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm keys [NAME...]
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "core/error.hpp"
 #include "present/text.hpp"
 #include "study/config/keys.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The commands that execute a Python program: culm setup VIDEO -o DIR (postprocess/setup.py) and
 // culm report DIR -o report.html (postprocess/report.py).
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "cli/provenance.hpp"
 
 #include <string>

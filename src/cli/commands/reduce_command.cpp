@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm reduce DIR
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "present/files.hpp"
 #include "present/study/study.hpp"
 #include "study/summary/summary.hpp"

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm simulate: one stem, with parameters given or calibrated from a study's regressions.
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 #include "present/files.hpp"
 #include "reduce/study_regression.hpp"
 #include "run/simulate.hpp"

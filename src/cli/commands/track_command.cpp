@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm track VIDEO.toml... -o DIR
-#include "cli/command_line.hpp"
+#include "cli/options.hpp"
 
 namespace culm::cli {
 

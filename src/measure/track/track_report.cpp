@@ -9,6 +9,7 @@
 #include <cmath>
 
 #include <fmt/core.h>
+#include <nlohmann/json.hpp>
 
 namespace culm::measure {
 namespace {
