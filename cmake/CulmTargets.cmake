@@ -30,12 +30,13 @@ endif()
 # border if both sides agree on their alignment.
 target_compile_definitions(culm_build_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
 
-# Most of a file's compile time goes into other projects' headers: sources are compiled in groups that parse
-# them once. A tool that reads files one by one (clang-tidy) turns this off.
-option(CULM_GROUP_SOURCES "Compile the sources of a library in groups" ON)
-function(culm_group_sources target size)
+# Most of a file's compile time goes into other projects' headers and templates: the sources of a library
+# are compiled together, which instantiates them once. A tool that reads files one by one (clang-tidy) turns
+# this off, and so does the preset `dev`, where one changed source must not compile a library again.
+option(CULM_GROUP_SOURCES "Compile the sources of a library together" ON)
+function(culm_group_sources target)
     if(CULM_GROUP_SOURCES)
-        set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${size})
+        set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE 0)
     endif()
 endfunction()
 
@@ -52,18 +53,15 @@ else()
     target_compile_options(culm_build_flags INTERFACE "$<BUILD_INTERFACE:-Wshadow>")
 endif()
 
-# culm_add_layer(<folder> [SIMULATES] [GROUP size] SOURCES ... LINKS ...): the library culm_<folder>,
-# alias culm::<folder>. GROUP: the number of sources that are compiled together.
+# culm_add_layer(<folder> [SIMULATES] SOURCES ... LINKS ...): the library culm_<folder>, alias
+# culm::<folder>.
 function(culm_add_layer folder)
-    cmake_parse_arguments(ARG "SIMULATES" "GROUP" "SOURCES;LINKS" ${ARGN})
-    if(NOT ARG_GROUP)
-        set(ARG_GROUP 12)
-    endif()
+    cmake_parse_arguments(ARG "SIMULATES" "" "SOURCES;LINKS" ${ARGN})
     add_library(culm_${folder} STATIC ${ARG_SOURCES})
     add_library(culm::${folder} ALIAS culm_${folder})
     target_include_directories(culm_${folder} PUBLIC
         "$<BUILD_INTERFACE:${PROJECT_SOURCE_DIR}/src>" "$<INSTALL_INTERFACE:include/culm>")
     target_link_libraries(culm_${folder} PUBLIC culm_build_flags ${ARG_LINKS})
     set_target_properties(culm_${folder} PROPERTIES CULM_SIMULATES ${ARG_SIMULATES})
-    culm_group_sources(culm_${folder} ${ARG_GROUP})
+    culm_group_sources(culm_${folder})
 endfunction()

@@ -2,7 +2,6 @@
 #include "cli/recordings.hpp"
 
 #include "cli/options.hpp"
-
 #include "core/user_files.hpp"
 #include "fit/model/stem_chain.hpp"
 #include "physics/bond_law_options.hpp"

@@ -17,6 +17,8 @@ namespace culm::physics {
 
 using core::Vec;
 
+inline constexpr double air_density = 1.2; ///< kg/m³, 20 °C at sea level
+
 /// Force on a sphere and its derivatives.
 template <int Dim, class T>
 struct NodeLoad {

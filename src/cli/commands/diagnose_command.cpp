@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm diagnose MEASUREMENT...: finds the effect that the recordings require, on all ranks.
-#include "cli/options.hpp"
 #include "cli/interruption.hpp"
+#include "cli/options.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"

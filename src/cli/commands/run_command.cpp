@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm run STUDY.toml [-o DIR] [--resume] [--dry-run]
-#include "cli/options.hpp"
 #include "cli/interruption.hpp"
+#include "cli/options.hpp"
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "cluster/batch_system.hpp"

@@ -26,7 +26,7 @@ double relaxed_within(double x, double exponent) {
                      (std::numbers::pi * exponent);
 }
 
-void apply(std::span<const double> values, EffectTarget& target) {
+void apply_fractional_zener(std::span<const double> values, EffectTarget& target) {
     const double fraction = values[0];
     const double time = values[1];
     const double exponent = values[2];
@@ -46,7 +46,7 @@ void apply(std::span<const double> values, EffectTarget& target) {
 }
 
 /// From the time at which a branch damps the first mode most to times longer than the record.
-std::vector<double> start_times(const StartScales& of) {
+std::vector<double> zener_start_times(const StartScales& of) {
     const double shortest = 1.0 / (2.0 * std::numbers::pi * of.first_frequency);
     return {0.1 * shortest, shortest, std::max(of.duration / 3.0, shortest)};
 }
@@ -76,7 +76,7 @@ EffectPointer fractional_zener() {
                              {.default_value = 0.05, .lower = 0.0, .upper = 2.0, .scale = 0.02}),
               place_parameter("time_s", "s", "τ: where the loss is largest, 1/ω",
                               {.default_value = 0.01, .lower = 1e-6, .upper = 1e4, .scale = 0.01},
-                              start_times, FittedAs::Logarithm),
+                              zener_start_times, FittedAs::Logarithm),
               place_parameter("exponent", "",
                               "α: width of the spectrum; the loss falls off as (ωτ)^±α",
                               {.default_value = 0.4, .lower = 0.05, .upper = 0.8, .scale = 0.2},
@@ -89,7 +89,7 @@ EffectPointer fractional_zener() {
                           {1.0, 1.0, 1.0, 10.0}}},
          .special_cases = {{"hysteretic_damping", "exponent", 0.0},
                            {"relaxation", "exponent", 1.0}}},
-        apply);
+        apply_fractional_zener);
 }
 
 } // namespace culm::physics

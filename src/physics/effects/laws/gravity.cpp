@@ -9,7 +9,7 @@ namespace culm::physics {
 
 namespace {
 
-void apply(std::span<const double> values, EffectTarget& target) {
+void apply_gravity(std::span<const double> values, EffectTarget& target) {
     if (target.stem.axial_acceleration_of_gravity != 0.0)
         throw core::InputError(fmt::format(
             "gravity is given twice: by the effect and as the stem's own axial acceleration ({} "
@@ -56,7 +56,7 @@ EffectPointer gravity() {
                         acceleration("transverse_m_s2",
                                      "g_transverse: positive toward the side of the pull", 0.0,
                                      StatedBy::TransverseGravity)}},
-        apply);
+        apply_gravity);
 }
 
 } // namespace culm::physics

@@ -19,7 +19,7 @@ double share_below(double position, double spread) {
     return 0.5 * std::erfc(-position / (std::numbers::sqrt2 * spread));
 }
 
-void apply(std::span<const double> values, EffectTarget& target) {
+void apply_local_defect(std::span<const double> values, EffectTarget& target) {
     const double centre = values[0];
     const double bond = target.stem.bond_length;
     const double segment = relative_length * target.stem.free_length();
@@ -73,7 +73,8 @@ EffectPointer local_defect() {
                .fitted_as = FittedAs::Logarithm,
                .absent = 1.0}},
          .spans_the_stem = true},
-        apply, [](const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+        apply_local_defect,
+        [](const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
             const double length = stem.free_length();
             EffectParameter& position = parameters[0];
             position.upper = std::min(position.upper, length);

@@ -9,7 +9,6 @@ namespace culm::physics {
 
 namespace {
 
-constexpr double air_density = 1.2;      // kg/m³, 20 °C at sea level
 constexpr double reference_speed = 1.0;  // m/s: there C is the coefficient of quadratic drag
 constexpr double smoothing_speed = 1e-4; // m/s
 

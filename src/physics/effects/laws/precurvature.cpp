@@ -9,7 +9,7 @@ namespace culm::physics {
 
 namespace {
 
-void apply(std::span<const double> values, EffectTarget& target) {
+void apply_precurvature(std::span<const double> values, EffectTarget& target) {
     const StemParameters<double>& stem = target.stem;
     expand_links(target.model, stem.sphere_count);
     const std::vector<BondCoefficients<double>>& bonds = target.model.bonds;
@@ -55,7 +55,8 @@ EffectPointer precurvature() {
          .revealed_by = {{"turn the stem by 180 degrees about its own axis and release again",
                           {-1.0, -1.0}}},
          .spans_the_stem = true},
-        apply, [](const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
+        apply_precurvature,
+        [](const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
             const double length = stem.free_length();
             for (EffectParameter& curvature : parameters) {
                 curvature.lower = std::max(curvature.lower, -1.0 / length);

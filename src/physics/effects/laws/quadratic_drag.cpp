@@ -7,8 +7,6 @@ namespace culm::physics {
 
 namespace {
 
-constexpr double air_density = 1.2; // kg/m³, 20 °C at sea level
-
 /// r = c |v|.
 struct QuadraticLaw {
     template <class T>

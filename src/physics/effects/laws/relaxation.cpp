@@ -10,7 +10,7 @@ namespace culm::physics {
 
 namespace {
 
-std::vector<double> start_times(const StartScales& of) {
+std::vector<double> relaxation_start_times(const StartScales& of) {
     // From ωτ = 1, where a branch damps the motion most, to a τ that still differs from a drift.
     const double shortest = 1.0 / (2.0 * std::numbers::pi * of.first_frequency);
     const double longest = std::max(of.duration / 3.0, shortest);
@@ -43,7 +43,7 @@ EffectPointer relaxation() {
                              {.default_value = 0.03, .lower = 0.0, .upper = 2.0, .scale = 0.02}),
               place_parameter("time_s", "s", "τ: relaxation time",
                               {.default_value = 0.1, .lower = 1e-5, .upper = 1e4, .scale = 0.1},
-                              start_times, FittedAs::Logarithm),
+                              relaxation_start_times, FittedAs::Logarithm),
               hold_time_parameter()},
          .revealed_by = {{"hold the stem ten times as long before the release", {1.0, 1.0, 10.0}}}},
         [](std::span<const double> values, EffectTarget& target) {

@@ -7,7 +7,7 @@ namespace culm::physics {
 
 namespace {
 
-void apply(std::span<const double> values, EffectTarget& target) {
+void apply_taper(std::span<const double> values, EffectTarget& target) {
     const double change = values[0];
     const double length = target.stem.free_length();
     change_along_stem(target, [=](StemParameters<double> stem, double position) {
@@ -46,7 +46,7 @@ EffectPointer taper() {
              "r: diameter at the tip less that at the clamp, over that at mid-length",
              {.default_value = -0.1, .lower = -1.0, .upper = 1.0, .scale = 0.1})},
          .spans_the_stem = true},
-        apply);
+        apply_taper);
 }
 
 } // namespace culm::physics
