@@ -14,7 +14,7 @@ const RingDownParameters at{-0.7, -0.8, 1.3};
 // Central differences: truncation about step² = 1e-12 times third derivatives of a sum over 200
 // samples (below 1e5), rounding about 1e-14/1e-6.
 constexpr double step = 1e-6;
-constexpr double tolerance = 2e-7;
+constexpr double derivative_tolerance = 2e-7;
 
 /// Residuals that are not small, so that the Hessian is far from JᵀJ. Equal intervals take the
 /// blockwise path of RingDownBasis, the others the plain one.
@@ -58,7 +58,7 @@ TEST(RingDownModel, GradientAgreesWithCentralDifferences) {
                 (curvature(model, shifted(j, step), true).residual_sum_of_squares -
                  curvature(model, shifted(j, -step), true).residual_sum_of_squares) /
                 (4.0 * step);
-            EXPECT_NEAR(gradient[j], difference, tolerance) << j;
+            EXPECT_NEAR(gradient[j], difference, derivative_tolerance) << j;
         }
     }
 }
@@ -73,7 +73,7 @@ TEST(RingDownModel, HessianAgreesWithCentralDifferencesOfTheGradient) {
                  curvature(model, shifted(j, -step), true).gradient) /
                 (2.0 * step);
             for (int i = 0; i < 3; ++i)
-                EXPECT_NEAR(hessian(i, j), difference[i], tolerance) << i << " " << j;
+                EXPECT_NEAR(hessian(i, j), difference[i], derivative_tolerance) << i << " " << j;
         }
     }
 }

@@ -4,11 +4,10 @@
 #include "study/config/study_config.hpp"
 #include "study/design/design.hpp"
 #include "study/execute/plan.hpp"
+#include "support/file_content.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <set>
-#include <sstream>
 
 #include <gtest/gtest.h>
 #include <toml++/toml.h>
@@ -17,14 +16,6 @@ namespace culm::study {
 namespace {
 
 const std::filesystem::path source = CULM_SOURCE_DIR;
-
-std::string content_of(const std::filesystem::path& file) {
-    std::ifstream stream(file);
-    EXPECT_TRUE(stream.good()) << file;
-    std::ostringstream text;
-    text << stream.rdbuf();
-    return text.str();
-}
 
 /// The ```toml blocks of a Markdown text.
 std::vector<std::string> toml_blocks(const std::string& text) {
@@ -79,7 +70,7 @@ TEST(ConfigDocuments, EveryKeyIsListedOnce) {
 }
 
 TEST(ConfigDocuments, TheExamplesInTheTextAreValid) {
-    const auto blocks = toml_blocks(content_of(source / "docs/config.md"));
+    const auto blocks = toml_blocks(tests::content_of(source / "docs/config.md"));
     ASSERT_GE(blocks.size(), 4U);
     for (const std::string& block : blocks) {
         const StudyConfig config = parse_config(block, "docs/config.md");

@@ -12,19 +12,19 @@
 namespace culm::study {
 namespace {
 
-StudyConfig parsed(const std::string& text) {
+StudyConfig config_of(const std::string& text) {
     return parse_config(text, "s.toml");
 }
 
 Design design_of(const std::string& text) {
-    return make_design(parsed(text));
+    return make_design(config_of(text));
 }
 
 const std::string drawn_length =
     "length_mm = { distribution = \"normal\", mean = 156, sd = 4.5, min = 140, max = 170 }\n";
 
 TEST(Design, HasOnePointWithoutFactors) {
-    const StudyConfig config = parsed("");
+    const StudyConfig config = config_of("");
     const Design design = make_design(config);
     EXPECT_EQ(design.point_count(), 1);
     EXPECT_EQ(case_of_point(config, design, 0).stem.sphere_count, 56);
@@ -124,8 +124,9 @@ TEST(Design, ListKeepsItsPointsAndDrawsDistributions) {
 }
 
 TEST(Design, CaseTakesTheValuesOfItsPoint) {
-    const StudyConfig config = parsed("[stem]\nbond_diameter_mm = 2\n[factors]\nlength_mm = [110, "
-                                      "220]\nspheres = [12, 23]\ntip_deflection_mm = [5]\n");
+    const StudyConfig config =
+        config_of("[stem]\nbond_diameter_mm = 2\n[factors]\nlength_mm = [110, "
+                  "220]\nspheres = [12, 23]\ntip_deflection_mm = [5]\n");
     const Design design = make_design(config);
     const run::CaseSpec spec = case_of_point(config, design, 3);
     EXPECT_EQ(spec.point, 3);
@@ -137,8 +138,8 @@ TEST(Design, CaseTakesTheValuesOfItsPoint) {
 
 TEST(Design, AMillionPointsAreMade) {
     const StudyConfig config =
-        parsed("[factors]\nbond_damping = { from = 10, to = 200 }\n" + drawn_length +
-               "[design]\ntype = \"latin_hypercube\"\npoints = 1000000\n");
+        config_of("[factors]\nbond_damping = { from = 10, to = 200 }\n" + drawn_length +
+                  "[design]\ntype = \"latin_hypercube\"\npoints = 1000000\n");
     const Design design = make_design(config);
     EXPECT_EQ(design.point_count(), 1'000'000);
     EXPECT_NO_THROW(check_points(config, design));
@@ -152,8 +153,9 @@ TEST(Design, AMillionPointsAreMade) {
 }
 
 TEST(DesignCheck, ImpossiblePointsAreListedWithTheirValues) {
-    const StudyConfig config = parsed("[factors]\nlength_mm = [100, 20]\ntip_deflection_mm = [15, "
-                                      "25]\n");
+    const StudyConfig config =
+        config_of("[factors]\nlength_mm = [100, 20]\ntip_deflection_mm = [15, "
+                  "25]\n");
     try {
         check_points(config, make_design(config));
         FAIL() << "accepted";
@@ -167,7 +169,7 @@ TEST(DesignCheck, ImpossiblePointsAreListedWithTheirValues) {
 
 TEST(DesignCheck, OnlyTheFirstTenPointsAreListed) {
     const StudyConfig config =
-        parsed("[factors]\nbond_damping = { from = 1, to = 15, step = 1 }\n");
+        config_of("[factors]\nbond_damping = { from = 1, to = 15, step = 1 }\n");
     try {
         check_points(config, make_design(config), [](const run::CaseSpec& spec) {
             return spec.stem.bond_damping > 2.0 ? std::optional<std::string>("too damp")

@@ -15,8 +15,8 @@ std::vector<double> values(std::string_view text, std::string_view column,
     return measured_values(text, {"stems.csv", column, unit, keeps_rows}, diameter);
 }
 
-std::string refusal(std::string_view text, std::string_view column, std::string_view unit = "",
-                    bool keeps_rows = false) {
+std::string column_refusal(std::string_view text, std::string_view column,
+                           std::string_view unit = "", bool keeps_rows = false) {
     try {
         (void)values(text, column, unit, keeps_rows);
     } catch (const core::InputError& error) {
@@ -44,24 +44,24 @@ TEST(MeasuredColumn, TablesOfSpreadsheetsAreRead) {
 TEST(MeasuredColumn, EmptyCellsAreLeftOutUnlessRowsStayTogether) {
     const std::string text = "id,d\n1,2.5\n2,\n3,2.6\n";
     EXPECT_EQ(values(text, "d"), (std::vector<double>{2.5e-3, 2.6e-3}));
-    EXPECT_EQ(refusal(text, "d", "", true),
+    EXPECT_EQ(column_refusal(text, "d", "", true),
               "stems.csv:3: d = (empty): rows = \"together\" needs every cell");
 }
 
 TEST(MeasuredColumn, ReportsMistakesWithTheirLine) {
-    EXPECT_EQ(refusal("id,diameter_mm\n1,2.5\n", "diametr_mm"),
+    EXPECT_EQ(column_refusal("id,diameter_mm\n1,2.5\n", "diametr_mm"),
               "stems.csv:1: no column diametr_mm (did you mean diameter_mm?); there are id, "
               "diameter_mm");
-    EXPECT_EQ(refusal("d\n2,5\n", "d"), "accepted") << "a second cell without a header";
-    EXPECT_EQ(refusal("id;d\n1;2,5\n", "d"),
+    EXPECT_EQ(column_refusal("d\n2,5\n", "d"), "accepted") << "a second cell without a header";
+    EXPECT_EQ(column_refusal("id;d\n1;2,5\n", "d"),
               "stems.csv:2: d = 2,5: has a decimal comma; write a decimal point");
-    EXPECT_EQ(refusal("d\n2.5\n-1\n", "d"),
+    EXPECT_EQ(column_refusal("d\n2.5\n-1\n", "d"),
               "stems.csv:3: d = -1: bond_diameter_mm must be in (0, 1000] mm");
-    EXPECT_EQ(refusal("d_gpa\n2.5\n", "d_gpa"),
+    EXPECT_EQ(column_refusal("d_gpa\n2.5\n", "d_gpa"),
               "stems.csv: column d_gpa is in GPa, but bond_diameter_mm is in mm; `unit` sets "
               "another unit");
-    EXPECT_EQ(refusal("d\n2.5\n", "d", "ell"), "stems.csv: unknown unit ell");
-    EXPECT_EQ(refusal("id,d\n1,\n2,\n", "d"), "stems.csv: column d holds no number");
+    EXPECT_EQ(column_refusal("d\n2.5\n", "d", "ell"), "stems.csv: unknown unit ell");
+    EXPECT_EQ(column_refusal("id,d\n1,\n2,\n", "d"), "stems.csv: column d holds no number");
 }
 
 } // namespace

@@ -14,7 +14,7 @@ namespace {
 
 using present::to_json;
 
-Study parsed(const std::string& text) {
+Study study_of(const std::string& text) {
     const StudyFiles files{{"stems.csv", "length_mm,d\n150,2.5\n152,2.7\n157,2.6\n160,2.9\n"}};
     Study study{parse_config(text, "s.toml", files), {}};
     study.design = make_design(study.config);
@@ -38,7 +38,7 @@ const std::string population =
 
 TEST(ReplicateSummary, IndicesOfKnownLawsAreTheirClosedForms) {
     const Study study =
-        parsed(population + "[design]\ntype = \"sobol\"\npoints = 256\nscrambling = \"owen\"\n");
+        study_of(population + "[design]\ntype = \"sobol\"\npoints = 256\nscrambling = \"owen\"\n");
     // b1 = −β/261 has one factor. ln Y has the variance ln(1 + 1/4), a uniform of 12 mm 12 mm².
     const auto b1 = values_of(study, [](auto row) { return -row[1] / 261.0; });
     const auto b2 =
@@ -60,7 +60,7 @@ TEST(ReplicateSummary, IndicesOfKnownLawsAreTheirClosedForms) {
 }
 
 TEST(ReplicateSummary, DependentFactorsAreOneGroup) {
-    const Study correlated = parsed(
+    const Study correlated = study_of(
         population + "[design]\ntype = \"latin_hypercube\"\npoints = 200\n[correlation]\n"
                      "factors = [\"bond_damping\", \"length_mm\"]\nrank = [[1, 0.5], [0.5, 1]]\n");
     const auto b2 = values_of(correlated, [](auto row) { return row[1] + 5000.0 * row[2]; });
@@ -69,13 +69,13 @@ TEST(ReplicateSummary, DependentFactorsAreOneGroup) {
     ASSERT_EQ(summary->groups.size(), 2U);
     EXPECT_EQ(summary->groups[1].name, "bond_damping, length_mm");
     EXPECT_NEAR(summary->responses[1].sensitivity->groups[1].first_order.value, 1.0, 1e-9);
-    const Study rows = parsed("[factors]\n"
-                              "length_mm = { distribution = \"empirical\", file = \"stems.csv\", "
-                              "column = \"length_mm\", rows = \"together\" }\n"
-                              "bond_diameter_mm = { distribution = \"empirical\", file = "
-                              "\"stems.csv\", column = \"d\", rows = \"together\" }\n"
-                              "bond_damping = { distribution = \"uniform\", min = 1, max = 2 }\n"
-                              "[replicates]\nstems = 60\n");
+    const Study rows = study_of("[factors]\n"
+                                "length_mm = { distribution = \"empirical\", file = \"stems.csv\", "
+                                "column = \"length_mm\", rows = \"together\" }\n"
+                                "bond_diameter_mm = { distribution = \"empirical\", file = "
+                                "\"stems.csv\", column = \"d\", rows = \"together\" }\n"
+                                "bond_damping = { distribution = \"uniform\", min = 1, max = 2 }\n"
+                                "[replicates]\nstems = 60\n");
     const auto y = values_of(rows, [](auto row) { return 1e5 * row[0] * row[1] + row[2]; });
     const auto found = summarise_replicates(rows, y, y);
     ASSERT_TRUE(found && found->responses[0].sensitivity);
@@ -86,8 +86,8 @@ TEST(ReplicateSummary, DependentFactorsAreOneGroup) {
 
 TEST(ReplicateSummary, TestsOfStemsGiveVarianceComponents) {
     const Study study =
-        parsed(population + "tip_deflection_mm = { distribution = \"uniform\", min = 10, max = "
-                            "20, level = \"test\" }\n[replicates]\nstems = 200\nwithin = 5\n");
+        study_of(population + "tip_deflection_mm = { distribution = \"uniform\", min = 10, max = "
+                              "20, level = \"test\" }\n[replicates]\nstems = 200\nwithin = 5\n");
     const auto b1 = values_of(study, [](auto row) { return row[1] + 1000.0 * row[3]; });
     auto with_a_gap = b1;
     with_a_gap[7] = std::numeric_limits<double>::quiet_NaN();
@@ -106,9 +106,9 @@ TEST(ReplicateSummary, TestsOfStemsGiveVarianceComponents) {
 
 TEST(ReplicateSummary, GivesReasonsWithoutADistributionOrEnoughPoints) {
     EXPECT_FALSE(
-        summarise_replicates(parsed(""), std::vector<double>{1.0}, std::vector<double>{1.0}));
-    const Study list = parsed("[design]\ntype = \"list\"\n[[design.point]]\nbond_damping = 1\n"
-                              "[[design.point]]\nbond_damping = 2\n");
+        summarise_replicates(study_of(""), std::vector<double>{1.0}, std::vector<double>{1.0}));
+    const Study list = study_of("[design]\ntype = \"list\"\n[[design.point]]\nbond_damping = 1\n"
+                                "[[design.point]]\nbond_damping = 2\n");
     const std::vector<double> y{1.0, 2.0};
     const auto summary = summarise_replicates(list, y, y);
     StudySummary all;
@@ -117,7 +117,7 @@ TEST(ReplicateSummary, GivesReasonsWithoutADistributionOrEnoughPoints) {
     EXPECT_EQ(out["sensitivity"]["reason"], "the points of a list have no distribution");
     EXPECT_EQ(out["population"]["frequency"]["mean"], 1.5);
     EXPECT_FALSE(out.contains("variance_components"));
-    const Study few = parsed("[factors]\nbond_damping = [1, 2]\n");
+    const Study few = study_of("[factors]\nbond_damping = [1, 2]\n");
     EXPECT_EQ(summarise_replicates(few, y, y)->no_sensitivity_reason,
               "2 points are too few for 1 inputs");
 }

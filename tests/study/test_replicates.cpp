@@ -16,13 +16,13 @@ namespace {
 const StudyFiles stems{{"stems.csv", "id,length_mm,d,wall_mm\n1,150,2.5,0.30\n2,155,2.6,0.35\n"
                                      "3,160,2.7,0.40\n"}};
 
-StudyConfig parsed(const std::string& text) {
+StudyConfig config_with_stems(const std::string& text) {
     return parse_config(text, "s.toml", stems);
 }
 
 std::string refusal_with_stems(const std::string& text) {
     try {
-        (void)parsed(text);
+        (void)config_with_stems(text);
     } catch (const core::InputError& error) {
         return error.what();
     }
@@ -46,9 +46,9 @@ TEST(EmpiricalFactor, RowsStayTogetherIfAsked) {
          {"[replicates]\nstems = 40\n", "[design]\ntype = \"latin_hypercube\"\npoints = 40\n",
           "[design]\ntype = \"sobol\"\npoints = 40\nscrambling = \"owen\"\n"}) {
         const std::string together = ", rows = \"together\"";
-        const Design rows =
-            make_design(parsed("[factors]\n" + measured("length_mm", "length_mm", together) +
-                               measured("bond_diameter_mm", "d", together) + design));
+        const Design rows = make_design(
+            config_with_stems("[factors]\n" + measured("length_mm", "length_mm", together) +
+                              measured("bond_diameter_mm", "d", together) + design));
         const std::map<double, double> pairs{{0.150, 2.5e-3}, {0.155, 2.6e-3}, {0.160, 2.7e-3}};
         std::set<double> seen;
         for (std::int64_t point = 0; point < 40; ++point) {
@@ -57,8 +57,8 @@ TEST(EmpiricalFactor, RowsStayTogetherIfAsked) {
         }
         EXPECT_EQ(seen.size(), 3U);
         const Design mixed =
-            make_design(parsed("[factors]\n" + measured("length_mm", "length_mm", "") +
-                               measured("bond_diameter_mm", "d", "") + design));
+            make_design(config_with_stems("[factors]\n" + measured("length_mm", "length_mm", "") +
+                                          measured("bond_diameter_mm", "d", "") + design));
         std::set<std::pair<double, double>> combinations;
         for (std::int64_t point = 0; point < 40; ++point)
             combinations.emplace(mixed.row(point)[0], mixed.row(point)[1]);
@@ -68,7 +68,7 @@ TEST(EmpiricalFactor, RowsStayTogetherIfAsked) {
 
 TEST(EmpiricalFactor, TheFileIsPartOfTheStudy) {
     const std::string text = "[factors]\n" + measured("bond_diameter_mm", "d", "");
-    const StudyConfig config = parsed(text);
+    const StudyConfig config = config_with_stems(text);
     EXPECT_EQ(config.files, stems);
     StudyFiles other = stems;
     other["stems.csv"] = "d\n2.5\n2.6\n2.8\n";
@@ -124,9 +124,9 @@ TEST(CorrelatedFactors, EveryDesignHasTheCorrelation) {
         {"[design]\ntype = \"latin_hypercube\"\npoints = 500\n", 0.02},
         {"[design]\ntype = \"sobol\"\npoints = 500\n", 0.02}};
     for (const auto& [design, tolerance] : designs) {
-        const Design with = make_design(parsed("[factors]\n" + two + design + wanted));
+        const Design with = make_design(config_with_stems("[factors]\n" + two + design + wanted));
         EXPECT_NEAR(correlation(column(with, 0), column(with, 1)), 0.7, tolerance) << design;
-        const Design without = make_design(parsed("[factors]\n" + two + design));
+        const Design without = make_design(config_with_stems("[factors]\n" + two + design));
         EXPECT_NEAR(correlation(column(without, 0), column(without, 1)), 0.0, 0.2) << design;
     }
 }
@@ -166,8 +166,8 @@ const std::string nested =
 TEST(NestedReplicates, StemsKeepTheirValuesAndTestsScatter) {
     for (const std::string design : {"", "[design]\ntype = \"latin_hypercube\"\npoints = 5\n",
                                      "[design]\ntype = \"sobol\"\npoints = 5\n"}) {
-        const Design d =
-            make_design(parsed(nested + design + "[replicates]\nstems = 6\nwithin = 4\n"));
+        const Design d = make_design(
+            config_with_stems(nested + design + "[replicates]\nstems = 6\nwithin = 4\n"));
         ASSERT_EQ(d.tests, 4);
         ASSERT_EQ(d.replicates, 24);
         std::set<double> diameters;
@@ -196,8 +196,8 @@ TEST(NestedReplicates, StemsKeepTheirValuesAndTestsScatter) {
 TEST(NestedReplicates, OneTestIsTheStudyWithReplicates) {
     const std::string factor =
         "[factors]\nlength_mm = { distribution = \"normal\", mean = 156, sd = 4.5 }\n";
-    const StudyConfig before = parsed(factor + "[design]\nreplicates = 7\n");
-    const StudyConfig now = parsed(factor + "[replicates]\nstems = 7\n");
+    const StudyConfig before = config_with_stems(factor + "[design]\nreplicates = 7\n");
+    const StudyConfig now = config_with_stems(factor + "[replicates]\nstems = 7\n");
     EXPECT_EQ(before.identity(), now.identity());
     EXPECT_EQ(make_design(before).values, make_design(now).values);
 }
@@ -226,7 +226,7 @@ TEST(Scrambling, IsChosenByTheConfigAndPartOfTheIdentity) {
     std::set<std::string> identities;
     std::set<std::vector<double>> designs;
     for (const std::string& text : {hypercube, sobol, sobol + "scrambling = \"owen\"\n"}) {
-        const StudyConfig config = parsed(text);
+        const StudyConfig config = config_with_stems(text);
         identities.insert(config.identity());
         designs.insert(make_design(config).values);
         EXPECT_EQ(make_design(config).values, make_design(config).values);
@@ -240,9 +240,9 @@ TEST(Scrambling, IsChosenByTheConfigAndPartOfTheIdentity) {
 
 TEST(NestedReplicates, EverySettingIsPartOfTheIdentity) {
     const auto identity = [](const std::string& factor, const std::string& rest) {
-        return parsed("[factors]\n" + two +
-                      "bond_damping = { distribution = \"normal\", mean = 9, " + "sd = 1" + factor +
-                      " }\n" + rest)
+        return config_with_stems("[factors]\n" + two +
+                                 "bond_damping = { distribution = \"normal\", mean = 9, " +
+                                 "sd = 1" + factor + " }\n" + rest)
             .identity();
     };
     const std::string tests = "[replicates]\nstems = 3\nwithin = 2\n";
@@ -259,8 +259,9 @@ TEST(NestedReplicates, EverySettingIsPartOfTheIdentity) {
 }
 
 TEST(WallDensity, GivesTheMassOfTheSection) {
-    const StudyConfig config = parsed("[stem]\nlength_mm = 156\nbond_diameter_mm = 2.57\n"
-                                      "bond_wall_mm = 0.34\nwall_density_kg_m3 = 272\n");
+    const StudyConfig config =
+        config_with_stems("[stem]\nlength_mm = 156\nbond_diameter_mm = 2.57\n"
+                          "bond_wall_mm = 0.34\nwall_density_kg_m3 = 272\n");
     const auto& stem = config.base.stem;
     constexpr double pi = 3.14159265358979323846;
     const double sphere = stem.density * pi / 6.0 * std::pow(stem.sphere_diameter, 3);

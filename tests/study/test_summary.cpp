@@ -5,13 +5,12 @@
 #include "small_studies.hpp"
 #include "study/execute/execute.hpp"
 #include "study/summary/summary.hpp"
+#include "support/file_content.hpp"
 #include "support/temporary_folder.hpp"
 
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <set>
-#include <sstream>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -174,21 +173,14 @@ TEST(Summary, ListsFailedPoints) {
             {{{"point", 4}, {"kind", "instability"}, {"reason", "the motion gained energy"}}})));
 }
 
-std::string content_of(const std::filesystem::path& file) {
-    std::ifstream stream(file);
-    std::ostringstream text;
-    text << stream.rdbuf();
-    return text.str();
-}
-
 TEST(Summary, IsWrittenWithALineOfFitsForEveryPoint) {
     const tests::TemporaryFolder folder;
     StudySummary summary = summary_of({1e9}, {50, 100});
     summary.decay_per_cycle = {-0.25, not_a_number};
     summary.frequency = {55.5, not_a_number};
     write_summary(StudyFolder(folder.path()), summary);
-    EXPECT_EQ(json::parse(content_of(folder / "summary.json")), to_json(summary));
-    EXPECT_EQ(content_of(folder / "fits.csv"),
+    EXPECT_EQ(json::parse(tests::content_of(folder / "summary.json")), to_json(summary));
+    EXPECT_EQ(tests::content_of(folder / "fits.csv"),
               "point,bond_youngs_modulus_pa,bond_damping,decay_per_cycle,frequency_hz\n"
               "0,1000000000,50,-0.25,55.5\n"
               "1,1000000000,100,nan,nan\n");
