@@ -6,6 +6,7 @@
 #include "archive/hdf5/write.hpp"
 #include "core/error.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <exception>
 
@@ -44,8 +45,12 @@ bool is_fixed_text(hid_t type) {
     // A crash is possible here and must not fill the user's folder with core files.
     const rlimit nothing{0, 0};
     (void)::setrlimit(RLIMIT_CORE, &nothing);
-    // s of processor time, which fork sets to zero; an intact file takes milliseconds
-    const rlimit patience{20, 20};
+    // s of processor time, which fork sets to zero; an intact file takes milliseconds. A lower
+    // limit of the parent stays.
+    constexpr rlim_t most_seconds = 20;
+    rlimit patience{most_seconds, most_seconds};
+    if (rlimit of_parent{}; ::getrlimit(RLIMIT_CPU, &of_parent) == 0)
+        patience.rlim_cur = std::min(most_seconds, of_parent.rlim_cur);
     (void)::setrlimit(RLIMIT_CPU, &patience);
     if (const int silence = ::open("/dev/null", O_WRONLY); silence >= 0)
         (void)::dup2(silence, STDERR_FILENO); // the C library reports a broken heap there
