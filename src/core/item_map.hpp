@@ -2,7 +2,7 @@
 // Applies a function to independent items, on any rank: code that has items to compute takes an
 // ItemMap and needs no knowledge of ranks.
 //
-//     std::vector<std::optional<Fit>> fits =
+//     std::vector<Fit> fits =
 //         map.values(costs, [&](std::size_t item, const core::Heartbeat& heartbeat) {
 //             return fit_of(candidates[item], heartbeat);
 //         });
@@ -34,8 +34,7 @@ using Heartbeat = std::function<bool()>;
 template <class T>
 struct ItemOutcome {
     std::optional<T> value;
-    std::string failure = {}; ///< why there is no value: the text of an exception, or the lost rank
-    bool is_lost = false;     ///< its rank died; the item itself did not fail
+    std::string failure = {}; ///< why there is no value: the text of an exception
 };
 
 /// Thrown by a map, on every rank, if a stop was requested before all items were computed.
@@ -74,22 +73,22 @@ class ItemMap {
         for (ItemOutcome<Bytes>& item : spread_ ? spread_(costs, work) : in_turn(costs, work))
             found.push_back(
                 {item.value ? std::optional<T>(decoded<T>(*std::move(item.value))) : std::nullopt,
-                 std::move(item.failure), item.is_lost});
+                 std::move(item.failure)});
         return found;
     }
 
-    /// The values alone; empty for items that were lost with a rank.
-    /// Throws std::runtime_error, on every rank, with the reason of the first item that failed.
+    /// The values alone. Throws std::runtime_error, on every rank, with the reason of the first
+    /// item that failed.
     template <class Function,
               class T = std::invoke_result_t<Function, std::size_t, const Heartbeat&>>
-    [[nodiscard]] std::vector<std::optional<T>> values(const std::vector<double>& costs,
-                                                       const Function& function) const {
-        std::vector<std::optional<T>> found;
+    [[nodiscard]] std::vector<T> values(const std::vector<double>& costs,
+                                        const Function& function) const {
+        std::vector<T> found;
         for (ItemOutcome<T>& item : outcomes(costs, function)) {
-            if (!item.failure.empty() && !item.is_lost)
+            if (!item.value)
                 throw std::runtime_error("item " + std::to_string(found.size()) + ": " +
                                          item.failure);
-            found.push_back(std::move(item.value));
+            found.push_back(*std::move(item.value));
         }
         return found;
     }

@@ -123,8 +123,8 @@ std::vector<DetectionLimit> detection_limits(const SearchResult& search,
         costs.push_back(fit::relative_cost(larger));
     }
     std::vector<DetectionLimit> limits;
-    for (std::optional<DetectionLimit>& answer : options.map.values(costs, work)) {
-        DetectionLimit& limit = limits.emplace_back(answer_or_lost(std::move(answer)));
+    for (DetectionLimit& answer : options.map.values(costs, work)) {
+        DetectionLimit& limit = limits.emplace_back(std::move(answer));
         limit.effect = search.views[limits.size() - 1].effect.effect->name();
     }
     return limits;

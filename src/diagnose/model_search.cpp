@@ -273,14 +273,14 @@ class Search {
         }
         options_.report(fmt::format("computing the effects of {} candidates about {}",
                                     views_.size(), fmt::join(base_fit_.names, " + ")));
-        std::vector<std::optional<EffectColumns>> answers =
+        std::vector<EffectColumns> answers =
             options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
                 return effect_columns(base_fit_, stacked_, views_[item].effect,
                                       baseline_.recordings,
                                       with_heartbeat(options_.candidate, heartbeat));
             });
         for (std::size_t k = 0; k < views_.size(); ++k)
-            views_[k].columns = answer_or_lost(std::move(answers[k]));
+            views_[k].columns = std::move(answers[k]);
         linear_.emplace(stacked_, views_);
     }
 
@@ -400,7 +400,7 @@ class Search {
             costs.push_back(fit::relative_cost(model.effects));
         }
         options_.report(fmt::format("fitting {}", fmt::join(names, "; ")));
-        std::vector<std::optional<FittedModel>> answers =
+        std::vector<FittedModel> answers =
             options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
                 return fit_planned(planned[item], likeliest_within(planned[item].effects),
                                    baseline_.recordings, options_.known,
@@ -409,11 +409,8 @@ class Search {
         for (std::size_t k = 0; k < planned.size(); ++k) {
             if (!planned[k].start)
                 repeated_.insert(key_of(planned[k].effects));
-            FittedModel model;
-            if (answers[k])
-                model = *std::move(answers[k]);
-            model.fit = fit::arrived(answers[k] ? std::optional(model.fit) : std::nullopt,
-                                     planned[k].effects);
+            FittedModel model = std::move(answers[k]);
+            model.fit.effects = planned[k].effects;
             runs_ += model.fit.runs;
             add_visited(std::move(model), planned[k].predicted);
         }

@@ -34,16 +34,6 @@ struct DiagnosisOptions {
     }
 };
 
-/// The answer of a map over ranks; if its rank was lost, one whose failure says so.
-template <class T>
-[[nodiscard]] T answer_or_lost(std::optional<T> answer) {
-    if (answer)
-        return *std::move(answer);
-    T lost;
-    lost.failure = "the rank that computed it was lost";
-    return lost;
-}
-
 /// A model that was fitted.
 struct VisitedModel {
     fit::Fit fit; ///< its numbers, with the error terms of the readings

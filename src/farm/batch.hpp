@@ -74,8 +74,8 @@ struct BatchReport {
     /// If not empty, the reason why results can no longer be stored. The farm stops as for a
     /// StorageError, but the points counted here have been stored.
     std::string storage_failure = {};
-    /// Result of the batch that is sent to rank 0 with the report and to every rank with the
-    /// summary (Summary::answers). It must be small.
+    /// Result of the batch that is sent to rank 0 with the report (Summary::answers). It must be
+    /// small.
     std::optional<core::Bytes> answer = {};
 };
 

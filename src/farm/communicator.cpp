@@ -58,7 +58,7 @@ CommunicatorHandle::CommunicatorHandle(MPI_Comm parent) {
 CommunicatorHandle::~CommunicatorHandle() {
     int is_finalized = 0;
     MPI_Finalized(&is_finalized);
-    if (is_finalized == 0 && !is_kept)
+    if (is_finalized == 0)
         MPI_Comm_free(&mpi);
 }
 
@@ -74,10 +74,6 @@ Communicator Communicator::world() {
 
 Communicator Communicator::duplicate() const {
     return Communicator(std::make_unique<CommunicatorHandle>(handle_->mpi));
-}
-
-void Communicator::keep_until_exit() {
-    handle_->is_kept = true;
 }
 
 int Communicator::rank() const {

@@ -51,10 +51,6 @@ class Communicator {
     /// Whether `value` is true on at least one rank; the same answer everywhere. Collective.
     [[nodiscard]] bool is_true_anywhere(bool value) const;
 
-    /// MPI never gives its identity to another communicator, to which a late message of a rank that
-    /// was taken for dead would otherwise be delivered.
-    void keep_until_exit();
-
     [[nodiscard]] const CommunicatorHandle& handle() const { return *handle_; }
 
   private:

@@ -25,12 +25,10 @@ double seconds_since(Clock::time_point start) {
 
 class Coordinator final : public Heartbeat {
   public:
-    Coordinator(const MapCall& call, Mailbox* mailbox, std::vector<bool>& alive)
-        : Heartbeat(call.options.poll_interval), call_(call), mailbox_(mailbox), alive_(alive),
+    Coordinator(const MapCall& call, Mailbox* mailbox)
+        : Heartbeat(call.options.poll_interval), call_(call), mailbox_(mailbox),
           scheduler_(call.dealt_scheduler()), stop_condition_(call.options), permit_(call.options),
-          progress_due_(start_ + call.options.progress_interval),
-          silence_check_due_(start_ + call.options.silence_until_dead),
-          last_seen_(static_cast<std::size_t>(call.size), start_) {
+          progress_due_(start_ + call.options.progress_interval) {
         summary_.ranks = call.size;
         summary_.pace = call.options.pace;
         for (const Batch& batch : call.batches)
@@ -39,9 +37,7 @@ class Coordinator final : public Heartbeat {
 
     [[nodiscard]] Summary run() {
         for (int worker = 1; worker < call_.size; ++worker)
-            if (!alive_[static_cast<std::size_t>(worker)])
-                scheduler_.withdraw(worker);
-        top_up_all();
+            top_up(worker);
         Backoff backoff;
         while (!scheduler_.is_finished()) {
             if (scheduler_.held_by(0).empty() && !hand_out(0)) {
@@ -59,12 +55,7 @@ class Coordinator final : public Heartbeat {
             settle(0, run_range(call_, scheduler_.held_by(0).front(), *this, permit_));
         }
         Summary summary = take_summary();
-        std::vector<BatchAnswer> kept;
-        if (!call_.options.shares_answers)
-            kept.swap(summary.answers);
         dismiss_workers(summary);
-        if (!call_.options.shares_answers)
-            summary.answers.swap(kept);
         return summary;
     }
 
@@ -72,8 +63,6 @@ class Coordinator final : public Heartbeat {
     void poll() override {
         call_back();
         serve_messages();
-        if (watches_silence())
-            watch_silence();
     }
 
     // --- messages
@@ -92,13 +81,8 @@ class Coordinator final : public Heartbeat {
 
     void handle(Message message) {
         const int worker = message.source;
-        note_sign_of_life(worker);
         core::WireReader in(std::move(message.bytes));
-        const auto head = in.get<MessageHead>();
-        // A rank that was given up in an earlier map may still be sending for it.
-        if (head.map != call_.number)
-            return;
-        if (head.digest != call_.digest) {
+        if (in.get<std::uint64_t>() != call_.digest) {
             fail(fmt::format("rank {} holds another list of batches than rank 0", worker));
             scheduler_.withdraw(worker);
             return;
@@ -120,8 +104,7 @@ class Coordinator final : public Heartbeat {
     }
 
     void settle(int rank, RangeOutcome outcome) {
-        // False for a range that was taken from the rank when it fell silent: the rank that has it
-        // now will report it.
+        // False for a range that was taken from the rank because its list differs.
         if (scheduler_.report(rank, outcome.range, outcome.executed, outcome.seconds)) {
             summary_.points_completed += outcome.completed;
             summary_.points_failed += outcome.failed;
@@ -169,29 +152,8 @@ class Coordinator final : public Heartbeat {
     }
 
     void top_up(int worker) {
-        while (alive_[static_cast<std::size_t>(worker)]) {
-            const std::optional<Range> range = hand_out(worker);
-            if (!range)
-                return;
-            post(worker, MessageKind::Assign, call_.message(*range, permit_.pace()));
-        }
-    }
-
-    void top_up_all() {
-        for (int worker = 1; worker < call_.size; ++worker)
-            top_up(worker);
-    }
-
-    void post(int worker, MessageKind kind, core::Bytes content) {
-        try {
-            mailbox_->post(worker, kind, std::move(content));
-        } catch (const FarmError& error) {
-            // A send to a dead rank may fail at once. If the farm survives deaths, the failure is
-            // treated as a death.
-            if (!watches_silence())
-                throw;
-            declare_dead(worker, error.what());
-        }
+        while (const std::optional<Range> range = hand_out(worker))
+            mailbox_->post(worker, MessageKind::Assign, call_.message(*range, permit_.pace()));
     }
 
     // --- stop and progress
@@ -203,8 +165,7 @@ class Coordinator final : public Heartbeat {
         accept_stop();
         scheduler_.stop();
         for (int worker = 1; worker < call_.size; ++worker)
-            if (alive_[static_cast<std::size_t>(worker)])
-                post(worker, MessageKind::Stop, call_.message());
+            mailbox_->post(worker, MessageKind::Stop, call_.message());
     }
 
     void fail(const std::string& reason) {
@@ -239,43 +200,8 @@ class Coordinator final : public Heartbeat {
         if (const double done = scheduler_.finished_cost(); done > 0.0)
             progress.estimated_remaining_s =
                 progress.elapsed_s * std::max(0.0, scheduler_.total_cost() - done) / done;
-        progress.ranks = static_cast<int>(std::count(alive_.begin(), alive_.end(), true));
+        progress.ranks = call_.size;
         call_.options.progress(progress);
-    }
-
-    // --- silence
-
-    void watch_silence() {
-        const Clock::time_point now = Clock::now();
-        if (now < silence_check_due_)
-            return;
-        silence_check_due_ = now + call_.options.silence_until_dead / 4;
-        for (int worker = 1; worker < call_.size; ++worker) {
-            const auto w = static_cast<std::size_t>(worker);
-            if (alive_[w] && now - last_seen_[w] > call_.options.silence_until_dead)
-                declare_dead(worker, fmt::format("rank {} fell silent", worker));
-        }
-    }
-
-    void note_sign_of_life(int worker) {
-        const auto w = static_cast<std::size_t>(worker);
-        if (watches_silence())
-            last_seen_[w] = Clock::now();
-        if (alive_[w])
-            return;
-        // The rank was only slow. It gets work again; other ranks compute its former ranges.
-        alive_[w] = true;
-        top_up(worker);
-        if (stop_requested())
-            post(worker, MessageKind::Stop, call_.message());
-    }
-
-    void declare_dead(int worker, const std::string& reason) {
-        alive_[static_cast<std::size_t>(worker)] = false;
-        if (const std::optional<Range> range = scheduler_.write_off(worker))
-            for (std::int64_t place = range->first; place < range->first + range->count; ++place)
-                lose({call_.batch_index(place), worker, reason, true});
-        top_up_all();
     }
 
     // --- the end
@@ -295,16 +221,12 @@ class Coordinator final : public Heartbeat {
         // The order of arrival depends on timing; the summary must not depend on it.
         std::ranges::sort(summary_.lost, {}, &LostBatch::batch);
         std::ranges::sort(summary_.answers, {}, &BatchAnswer::batch);
-        for (int rank = 0; rank < call_.size; ++rank)
-            if (!alive_[static_cast<std::size_t>(rank)])
-                summary_.dead_ranks.push_back(rank);
         return summary_;
     }
 
     void dismiss_workers(const Summary& summary) {
-        // Dead ranks get it too, because one that was only slow must not wait forever.
         for (int worker = 1; worker < call_.size; ++worker)
-            post(worker, MessageKind::Summary, call_.message(summary));
+            mailbox_->post(worker, MessageKind::Summary, call_.message(summary));
         for (int worker = 1; worker < call_.size; ++worker)
             await_farewell(worker);
     }
@@ -312,14 +234,11 @@ class Coordinator final : public Heartbeat {
     void await_farewell(int worker) {
         // Receives from this worker alone: others may have started the next map, whose messages
         // must stay in order.
-        const Clock::time_point start = Clock::now();
         Backoff backoff;
-        while (alive_[static_cast<std::size_t>(worker)]) {
+        while (true) {
             const std::optional<Message> message = mailbox_->receive(worker);
             if (message && message->kind == MessageKind::Farewell)
                 return;
-            if (watches_silence() && Clock::now() - start > call_.options.silence_until_dead)
-                alive_[static_cast<std::size_t>(worker)] = false;
             if (!message) {
                 (void)mailbox_->is_flushed();
                 backoff.pause();
@@ -327,27 +246,20 @@ class Coordinator final : public Heartbeat {
         }
     }
 
-    [[nodiscard]] bool watches_silence() const {
-        return call_.options.silence_until_dead.count() > 0;
-    }
-
     const MapCall& call_;
     Mailbox* mailbox_;
-    std::vector<bool>& alive_;
     Scheduler scheduler_;
     StopCondition stop_condition_;
     StartPermit permit_;
     Clock::time_point start_ = Clock::now();
     Clock::time_point progress_due_;
-    Clock::time_point silence_check_due_;
-    std::vector<Clock::time_point> last_seen_; ///< (ranks)
-    Summary summary_;                          ///< updated while the map runs
+    Summary summary_; ///< updated while the map runs
 };
 
 } // namespace
 
-Summary coordinate(const MapCall& call, Mailbox* mailbox, std::vector<bool>& alive) {
-    return Coordinator(call, mailbox, alive).run();
+Summary coordinate(const MapCall& call, Mailbox* mailbox) {
+    return Coordinator(call, mailbox).run();
 }
 
 } // namespace culm::farm

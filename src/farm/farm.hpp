@@ -36,8 +36,6 @@ struct FarmOptions {
 
     /// Called on rank 0 with each answer (BatchReport::answer) when it arrives; may be empty.
     std::function<void(const BatchAnswer&)> answered;
-    /// Are the answers sent to every rank, with the summary? Else only rank 0 has them.
-    bool shares_answers = true;
     /// Called on rank 0 at most every `progress_interval`, and once at the end; may be empty.
     std::function<void(const Progress&)> progress;
     std::chrono::milliseconds progress_interval{1000};
@@ -49,9 +47,6 @@ struct FarmOptions {
     /// Expected time of a unit of the batches' cost, s. It is used for the first ranges, before
     /// reports arrive, if `pace` is unknown. 0: unknown.
     double seconds_per_cost = 0.0;
-    /// A rank that sends no message for this time is given up; 0: never. Must be well above the
-    /// longest time between two beats of a work function.
-    std::chrono::milliseconds silence_until_dead{0};
 };
 
 /// Every rank computes, rank 0 too: it answers the others between its beats (Heartbeat::beat).
@@ -83,10 +78,8 @@ class Farm {
     ///   observes Heartbeat::stop_requested. Summary::stopped_early is true if points are missing.
     /// * A batch that would not finish by the deadline is not started, but shorter ones are. The
     ///   map ends when no batch remains that would finish; Summary::stopped_early is then true.
-    /// * A rank that stops sending messages (`silence_until_dead`) loses the batch that it was
-    ///   computing, or its range of short ones. If it sends again it gets new work, and its former
-    ///   batches may be computed twice. The farm does not survive the death of rank 0. After a
-    ///   death no collective call returns, MPI_Finalize included.
+    /// * The farm does not survive the death of a rank, because no collective call returns after
+    ///   it, MPI_Finalize included. Launchers end all ranks then, and the study is resumed.
     ///
     /// Throws FarmError if MPI fails or a cost is invalid.
     [[nodiscard]] Summary map(std::span<const Batch> batches, const Work& work,
@@ -94,8 +87,6 @@ class Farm {
 
   private:
     std::unique_ptr<Mailbox> mailbox_; ///< none with one rank
-    std::vector<bool> alive_;          ///< (ranks), as known to rank 0
-    std::int64_t maps_ = 0;            ///< so far: identifies late messages of an earlier map
 };
 
 } // namespace culm::farm

@@ -24,9 +24,6 @@ class RankMap {
         options_.deadline = options.deadline;
         options_.progress = std::move(options.progress);
         options_.progress_interval = options.progress_interval;
-        options_.silence_until_dead = options.silence_until_dead;
-        // A broadcast over a tree of ranks is faster, but does not return after a death.
-        options_.shares_answers = options.silence_until_dead.count() > 0;
     }
 
     Outcomes operator()(const std::vector<double>& costs, const core::ItemMap::EncodedWork& work) {
@@ -35,9 +32,6 @@ class RankMap {
         if (!missing.empty())
             compute(missing, costs, work, outcomes);
         first_number_ += static_cast<std::int64_t>(costs.size());
-        // Later items depend on a lost value, so their numbers would mean something else.
-        if (std::ranges::any_of(outcomes, &Outcomes::value_type::is_lost))
-            store_.reset();
         return outcomes;
     }
 
@@ -91,17 +85,15 @@ class RankMap {
             options.answered = [&](const BatchAnswer& answer) {
                 store_->add(number_of(items[answer.batch]), answer.bytes);
             };
-        Summary summary = farm_->map(batches, work_on_batch, options);
+        const Summary summary = farm_->map(batches, work_on_batch, options);
         if (!summary.failure.empty())
             throw core::StorageError(summary.failure);
         if (summary.stopped_early)
             throw core::MapStopped{};
         for (const LostBatch& lost : summary.lost)
-            outcomes[items[lost.batch]] = {std::nullopt, lost.reason, lost.with_rank};
-        if (!options.shares_answers)
-            summary.answers = on_root(communicator_, [&] { return summary.answers; });
-        for (BatchAnswer& answer : summary.answers)
-            outcomes[items[answer.batch]] = {std::move(answer.bytes), {}, false};
+            outcomes[items[lost.batch]] = {std::nullopt, lost.reason};
+        for (BatchAnswer& answer : on_root(communicator_, [&] { return summary.answers; }))
+            outcomes[items[answer.batch]] = {std::move(answer.bytes), {}};
     }
 
     const Communicator* communicator_;

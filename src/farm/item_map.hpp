@@ -31,14 +31,11 @@ struct ItemOptions {
     std::optional<ItemStore> store{};                ///< items that it has are not computed
     std::function<void(const Progress&)> progress{}; ///< called on rank 0; may be empty
     std::chrono::milliseconds progress_interval{1000};
-    std::chrono::milliseconds silence_until_dead{0}; ///< FarmOptions::silence_until_dead
 };
 
 /// An ItemMap over the communicator's ranks; null: this process alone, through the same farm. Each
-/// of its calls is collective and begins with the costliest item. The item that a dead rank was
-/// computing is lost, the others are not: values travel with the reports, point to point. A
-/// core::StorageError on any rank stops all items and is thrown on every rank. `communicator` must
-/// outlive the map. Collective.
+/// of its calls is collective and begins with the costliest item. A core::StorageError on any rank
+/// stops all items and is thrown on every rank. `communicator` must outlive the map. Collective.
 [[nodiscard]] core::ItemMap over_ranks(const Communicator* communicator, ItemOptions options = {});
 
 } // namespace culm::farm

@@ -22,7 +22,7 @@ bool has_left(MPI_Request& request) {
 } // namespace
 
 Mailbox::~Mailbox() {
-    // Messages to living ranks have left by now. Those to dead ranks leak: MPI may still read them.
+    // Messages have left by now, except after an error. Those leak: MPI may still read them.
     for (std::unique_ptr<Pending>& pending : pending_) {
         MPI_Request_free(&pending->request);
 #ifdef __SANITIZE_ADDRESS__

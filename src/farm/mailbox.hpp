@@ -78,8 +78,6 @@ class Mailbox {
 
     /// Whether all posted messages have left. Makes progress on them.
     [[nodiscard]] bool is_flushed();
-    /// Communicator::keep_until_exit.
-    void keep_until_exit() { communicator_.keep_until_exit(); }
 
   private:
     struct Pending {

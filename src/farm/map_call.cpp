@@ -5,7 +5,6 @@
 #include "farm/farm.hpp"
 #include "farm/mailbox.hpp"
 
-#include <algorithm>
 #include <chrono>
 #include <utility>
 
@@ -16,7 +15,7 @@ namespace {
 void run_batch(const MapCall& call, std::int64_t place, Heartbeat& heartbeat,
                RangeOutcome& outcome) {
     const auto lose = [&](const char* reason) {
-        outcome.lost.push_back({call.batch_index(place), call.rank, reason, false});
+        outcome.lost.push_back({call.batch_index(place), call.rank, reason});
     };
     try {
         BatchReport report = call.work(call.batch_at(place), heartbeat);
@@ -62,16 +61,12 @@ RangeOutcome run_range(const MapCall& call, Range range, Heartbeat& heartbeat,
     return outcome;
 }
 
-Farm::Farm() : alive_(1, true) {}
+Farm::Farm() = default;
 
 Farm::Farm(const Communicator& communicator)
-    : mailbox_(communicator.size() > 1 ? std::make_unique<Mailbox>(communicator) : nullptr),
-      alive_(static_cast<std::size_t>(communicator.size()), true) {}
+    : mailbox_(communicator.size() > 1 ? std::make_unique<Mailbox>(communicator) : nullptr) {}
 
-Farm::~Farm() {
-    if (mailbox_ && std::ranges::count(alive_, false) > 0)
-        mailbox_->keep_until_exit();
-}
+Farm::~Farm() = default;
 
 int Farm::rank() const {
     return mailbox_ ? mailbox_->rank() : 0;
@@ -82,10 +77,10 @@ int Farm::size() const {
 }
 
 Summary Farm::map(std::span<const Batch> batches, const Work& work, const FarmOptions& options) {
-    const MapCall call{
-        batches, plan_order(batches), work, options, digest(batches), ++maps_, rank(), size()};
+    const MapCall call{batches, plan_order(batches), work, options, digest(batches), rank(),
+                       size()};
     if (rank() == 0)
-        return coordinate(call, mailbox_.get(), alive_);
+        return coordinate(call, mailbox_.get());
     return work_for_rank_0(call, *mailbox_);
 }
 

@@ -77,24 +77,12 @@ class StartPermit {
 
 class Mailbox;
 
-/// Begins every message of a map.
-struct MessageHead {
-    std::int64_t map;     ///< number of the map among those of the farm
-    std::uint64_t digest; ///< of the sender's list of batches
-};
-
-template <class Wire>
-void fields(Wire& wire, MessageHead& head) {
-    wire(head.map, head.digest);
-}
-
 struct MapCall {
     std::span<const Batch> batches;
     std::vector<std::size_t> order; ///< plan_order(batches)
     const Work& work;
     const FarmOptions& options;
     std::uint64_t digest; ///< of the batches
-    std::int64_t number;  ///< of this map among those of the farm
     int rank;
     int size;
     /// If all costs are zero, all batches count the same.
@@ -112,11 +100,11 @@ struct MapCall {
         return is_costless ? 1.0 : batch_at(place).cost;
     }
 
-    /// A message of this map.
+    /// A message of this map; it begins with the digest of the sender's list of batches.
     template <class... Values>
     [[nodiscard]] core::Bytes message(const Values&... values) const {
         core::WireWriter out;
-        out(MessageHead{number, digest}, values...);
+        out(digest, values...);
         return out.take();
     }
 
@@ -159,8 +147,8 @@ void fields(Wire& wire, RangeOutcome& outcome) {
                                      const StartPermit& permit);
 
 /// Rank 0 during the map: keeps the summary, answers workers, computes batches itself. `mailbox`
-/// is null if there is only this rank; `alive` (ranks) is kept up to date.
-[[nodiscard]] Summary coordinate(const MapCall& call, Mailbox* mailbox, std::vector<bool>& alive);
+/// is null if there is only this rank.
+[[nodiscard]] Summary coordinate(const MapCall& call, Mailbox* mailbox);
 
 /// Another rank during the map: computes its ranges and reports them.
 [[nodiscard]] Summary work_for_rank_0(const MapCall& call, Mailbox& mailbox);

@@ -44,7 +44,6 @@ struct CommunicatorHandle {
     MPI_Comm mpi = MPI_COMM_NULL;
     int rank = 0;
     int size = 1;
-    bool is_kept = false; ///< not freed before MPI_Finalize
 };
 
 } // namespace culm::farm

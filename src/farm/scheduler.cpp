@@ -77,17 +77,6 @@ bool Scheduler::report(int rank, Range range, std::int64_t executed, double seco
     return true;
 }
 
-std::optional<Range> Scheduler::write_off(int rank) {
-    auto& held = held_[static_cast<std::size_t>(rank)];
-    if (held.empty())
-        return std::nullopt;
-    const Range lost = held.front();
-    held.erase(held.begin());
-    --ranges_held_;
-    withdraw(rank);
-    return lost;
-}
-
 void Scheduler::withdraw(int rank) {
     auto& held = held_[static_cast<std::size_t>(rank)];
     ranges_held_ -= static_cast<std::int64_t>(held.size());

@@ -65,10 +65,6 @@ class Scheduler {
     /// Nothing is handed out from now on.
     void stop() { stopped_ = true; }
 
-    /// `rank` died. The range that it was computing is returned and lost, because it may be the
-    /// cause. The queued range is taken back.
-    [[nodiscard]] std::optional<Range> write_off(int rank);
-
     /// Takes back all ranges of `rank`, which is known never to have started.
     void withdraw(int rank);
 

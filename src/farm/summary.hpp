@@ -20,15 +20,14 @@ struct Progress {
     std::int64_t failed = 0;
     double elapsed_s = 0.0;
     std::optional<double> estimated_remaining_s; ///< from the costs; none before the first report
-    int ranks = 1;                               ///< that are alive
+    int ranks = 1;
 };
 
-/// A batch that threw, or whose rank died.
+/// A batch whose work function threw.
 struct LostBatch {
     std::size_t batch = 0; ///< index in the list given to map
     int rank = 0;          ///< that was computing it
     std::string reason;
-    bool with_rank = false; ///< its rank died; it did not throw
     friend bool operator==(const LostBatch&, const LostBatch&) = default;
 };
 
@@ -39,7 +38,7 @@ struct BatchAnswer {
     friend bool operator==(const BatchAnswer&, const BatchAnswer&) = default;
 };
 
-/// Result of a map, the same on every rank.
+/// Result of a map, the same on every rank except for the answers.
 struct Summary {
     std::int64_t points_total = 0;
     std::int64_t points_completed = 0;
@@ -48,19 +47,19 @@ struct Summary {
     double elapsed_s = 0.0;       ///< wall time of the map on rank 0
     double work_s = 0.0;          ///< sum of BatchReport::seconds over all ranks
     int ranks = 1;
-    bool stopped_early = false;       ///< a stop or the deadline left points uncomputed
-    bool out_of_time = false;         ///< because of the deadline
-    Pace pace;                        ///< FarmOptions::pace with the reports of this map
-    std::string failure;              ///< why the farm gave up (full disk …); else empty
-    std::vector<LostBatch> lost;      ///< ordered by batch
-    std::vector<int> dead_ranks;      ///< silent at the end
-    std::vector<BatchAnswer> answers; ///< of batches that have one, ordered by batch
+    bool stopped_early = false;  ///< a stop or the deadline left points uncomputed
+    bool out_of_time = false;    ///< because of the deadline
+    Pace pace;                   ///< FarmOptions::pace with the reports of this map
+    std::string failure;         ///< why the farm gave up (full disk …); else empty
+    std::vector<LostBatch> lost; ///< ordered by batch
+    /// On rank 0 only: of batches that have one, ordered by batch.
+    std::vector<BatchAnswer> answers;
     friend bool operator==(const Summary&, const Summary&) = default;
 };
 
 template <class Wire>
 void fields(Wire& wire, LostBatch& lost) {
-    wire(lost.batch, lost.rank, lost.reason, lost.with_rank);
+    wire(lost.batch, lost.rank, lost.reason);
 }
 
 template <class Wire>
@@ -72,8 +71,7 @@ template <class Wire>
 void fields(Wire& wire, Summary& summary) {
     wire(summary.points_total, summary.points_completed, summary.points_failed, summary.points_lost,
          summary.elapsed_s, summary.work_s, summary.ranks, summary.stopped_early,
-         summary.out_of_time, summary.pace, summary.failure, summary.lost, summary.dead_ranks,
-         summary.answers);
+         summary.out_of_time, summary.pace, summary.failure, summary.lost);
 }
 
 } // namespace culm::farm

@@ -3,7 +3,6 @@
 #include "farm/mailbox.hpp"
 #include "farm/map_call.hpp"
 
-#include <algorithm>
 #include <chrono>
 #include <deque>
 #include <optional>
@@ -57,7 +56,6 @@ class Worker final : public Heartbeat {
     void poll() override {
         receive_messages();
         watch_stop();
-        send_alive();
         (void)mailbox_.is_flushed();
     }
 
@@ -68,12 +66,9 @@ class Worker final : public Heartbeat {
             if (!message)
                 return;
             core::WireReader in(std::move(message->bytes));
-            const auto head = in.get<MessageHead>();
-            // A worker that was given up may receive messages of an earlier map.
-            if (head.map != call_.number)
-                continue;
+            const bool has_same_batches = in.get<std::uint64_t>() == call_.digest;
             // A range of another list means other batches here; rank 0 stops when it detects that.
-            if (message->kind == MessageKind::Assign && head.digest == call_.digest) {
+            if (message->kind == MessageKind::Assign && has_same_batches) {
                 queue_.push_back(in.get<Range>());
                 permit_.set_pace(in.get<double>());
             } else if (message->kind == MessageKind::Stop)
@@ -99,22 +94,12 @@ class Worker final : public Heartbeat {
         accept_stop();
     }
 
-    void send_alive() {
-        const auto silence = call_.options.silence_until_dead;
-        if (silence.count() == 0 || Clock::now() < alive_due_)
-            return;
-        // Four signs of life within the limit: a single late message must not look like a death.
-        alive_due_ = Clock::now() + std::min(std::chrono::milliseconds(1000), silence / 4);
-        mailbox_.post(0, MessageKind::Alive, call_.message());
-    }
-
     const MapCall& call_;
     Mailbox& mailbox_;
     StopCondition stop_condition_;
     StartPermit permit_;
     std::deque<Range> queue_;
     std::optional<Summary> summary_; ///< rank 0 has declared the map over
-    Clock::time_point alive_due_ = Clock::now();
 };
 
 } // namespace

@@ -31,17 +31,6 @@ double deviance(const Fit& fit) {
     return sum;
 }
 
-Fit arrived(std::optional<Fit> numbers, const SelectedEffects& effects) {
-    Fit fit;
-    fit.reason = "the rank that computed it was lost";
-    if (numbers)
-        fit = *std::move(numbers);
-    else
-        fit.names = model_names(in_library_order(effects));
-    fit.effects = effects;
-    return fit;
-}
-
 std::vector<StemModel> models_of(const Fit& numbers, std::span<const ObservedRecording> recordings,
                                  const FitOptions& options) {
     std::vector<StemModel> models;

@@ -30,9 +30,6 @@ void fields(Wire& wire, Fit& numbers) {
          numbers.misfits);
 }
 
-/// The fit of `effects` that a map over ranks returned; a failed one if its rank was lost.
-[[nodiscard]] Fit arrived(std::optional<Fit> numbers, const SelectedEffects& effects);
-
 /// The models of the recordings with the numbers of the fit.
 [[nodiscard]] std::vector<StemModel> models_of(const Fit& numbers,
                                                std::span<const ObservedRecording> recordings,

@@ -115,22 +115,5 @@ TEST(Diagnosis, NamesTheSpecialCaseOfAGeneralLaw) {
     EXPECT_EQ(found.families.front().members, std::vector<std::string>{"quadratic_drag"});
 }
 
-TEST(Diagnosis, ReportsALostCandidateAndContinues) {
-    const auto recordings = recording("T2-quadratic_drag");
-    diagnose::DiagnosisOptions options = quick_diagnosis("taper,viscous_drag,quadratic_drag");
-    options.map = core::ItemMap([](const std::vector<double>& costs, const auto& work) {
-        Outcomes outcomes(costs.size());
-        for (std::size_t item = 0; item < costs.size(); ++item)
-            outcomes[item].value = work(item, {}).bytes;
-        if (costs.size() == 3) // the candidates' columns: taper's rank dies
-            outcomes.front() = {std::nullopt, "rank 1 was lost", true};
-        return outcomes;
-    });
-    const diagnose::Diagnosis found = diagnose::diagnose(recordings, options);
-    EXPECT_EQ(found.effects, std::vector<std::string>{"quadratic_drag"});
-    // Two drags are one law, so viscous_drag is not tried in addition to the answer.
-    ASSERT_EQ(found.blind_spots.size(), 1u);
-}
-
 } // namespace
 } // namespace culm::tests

@@ -245,16 +245,6 @@ TEST(Scheduler, HandsOutNothingAfterAStop) {
     EXPECT_DOUBLE_EQ(scheduler.finished_cost(), 10.0 + 9.0);
 }
 
-TEST(Scheduler, WritesOffTheRunningRangeOfADeadRankAndTakesBackItsQueue) {
-    Scheduler scheduler(falling_costs(10), 2, one_by_one);
-    scheduler.deal();
-    EXPECT_EQ(scheduler.write_off(1), (Range{1, 1}));
-    EXPECT_EQ(scheduler.write_off(1), std::nullopt);
-    ASSERT_TRUE(scheduler.report(0, {0, 1}, 1, 1.0));
-    EXPECT_EQ(scheduler.hand_out(0), (Range{2, 1})) << "the returned range comes first";
-    EXPECT_FALSE(scheduler.report(1, {1, 1}, 1, 1.0)) << "written off";
-}
-
 TEST(Scheduler, TakesBackAllFromARankThatNeverBegan) {
     Scheduler scheduler(falling_costs(10), 2, one_by_one);
     scheduler.deal();

@@ -182,7 +182,7 @@ StemAnswer answer_of(const CalibrationPlan& plan, std::size_t index,
     return answer;
 }
 
-/// The answers of all stems, including those that were lost with a rank.
+/// The answers of all stems, including those whose calibration threw.
 std::vector<StemAnswer> all_answers(const CalibrationPlan& plan,
                                     std::vector<core::ItemOutcome<StemAnswer>> outcomes) {
     std::vector<StemAnswer> answers;

@@ -171,11 +171,11 @@ std::vector<fit::Fit> refitted(const std::vector<Rival>& rivals,
     std::ranges::transform(rivals, out.begin(), &Rival::fit);
     if (assuming.empty())
         return out;
-    const std::vector<std::optional<fit::Fit>> answers =
-        map.values(std::vector<double>(assuming.size(), 1.0), work);
-    for (std::size_t k = 0; k < assuming.size(); ++k)
-        if (answers[k])
-            out[assuming[k]] = fit::arrived(answers[k], rivals[assuming[k]].fit.effects);
+    std::vector<fit::Fit> answers = map.values(std::vector<double>(assuming.size(), 1.0), work);
+    for (std::size_t k = 0; k < assuming.size(); ++k) {
+        out[assuming[k]] = std::move(answers[k]);
+        out[assuming[k]].effects = rivals[assuming[k]].fit.effects;
+    }
     return out;
 }
 
@@ -246,7 +246,7 @@ std::vector<Experiment> next_experiments(const std::pair<Rival, Rival>& pair,
     const auto answers = map.values(std::vector<double>(changes.size(), 1.0), work);
     std::vector<Experiment> experiments;
     for (std::size_t c = 0; c < changes.size(); ++c)
-        if (const auto gap = answers[c].value_or(std::nullopt))
+        if (const auto gap = answers[c])
             experiments.push_back(
                 {changes[c].what, pair.first.fit.names, pair.second.fit.names, *gap});
     // An experiment no better than a repetition of the present one is not proposed.

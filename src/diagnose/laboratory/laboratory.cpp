@@ -324,12 +324,12 @@ class LaboratoryAnswer {
         options_.report("fitting all stems with every input as stated");
         const Eigen::MatrixXd covariance = answered().shared.covariance();
         std::vector<double> costs(specimens_.size(), 1.0);
-        std::vector<std::optional<StemAnswer>> answers =
+        std::vector<StemAnswer> answers =
             options_.map.values(costs, [&](std::size_t s, const run::Heartbeat& heartbeat) {
                 return stem_answer(s, with_heartbeat(options_.candidate, heartbeat));
             });
         for (std::size_t s = 0; s < answers.size(); ++s) {
-            StemAnswer& stem = out_.stems.emplace_back(answer_or_lost(std::move(answers[s])));
+            StemAnswer& stem = out_.stems.emplace_back(std::move(answers[s]));
             stem.name = specimens_[s].name;
             stem.rig = specimens_[s].rig;
             for (const physics::SelectedEffect& each : answered().own[s])

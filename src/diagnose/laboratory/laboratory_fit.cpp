@@ -124,7 +124,7 @@ void LaboratoryFit::fit(LaboratoryModel& model, const std::set<std::size_t>& wit
         });
         for (std::size_t s = 0; s < fits.size(); ++s)
             if (!stems_.is_left_out(s) &&
-                !take_fit(std::move(fits[s]), s, is_first && with_new_own.contains(s), model))
+                !take_fit(*std::move(fits[s]), s, is_first && with_new_own.contains(s), model))
                 return;
         judge(model);
         if (model.rig_effects.empty() || step_size(model) < small_step ||
@@ -139,18 +139,16 @@ void LaboratoryFit::fit(LaboratoryModel& model, const std::set<std::size_t>& wit
 }
 
 /// Stores the fit of a stem; false if the model has failed.
-bool LaboratoryFit::take_fit(std::optional<StemFit> found, std::size_t stem, bool has_new_own,
+bool LaboratoryFit::take_fit(StemFit found, std::size_t stem, bool has_new_own,
                              LaboratoryModel& model) const {
     StemFit& mine = model.stems[stem];
-    if (has_new_own && found && (found->fit.failed() || !found->evidence.absent_effects.empty())) {
+    if (has_new_own && (found.fit.failed() || !found.evidence.absent_effects.empty())) {
         model.own[stem].pop_back();
         mine.fit.effects = stems_.effects_of(model, stem).all();
         return true;
     }
-    if (found)
-        mine = *found;
-    mine.fit = fit::arrived(found ? std::optional(mine.fit) : std::nullopt,
-                            stems_.effects_of(model, stem).all());
+    mine = std::move(found);
+    mine.fit.effects = stems_.effects_of(model, stem).all();
     if (mine.fit.failed())
         model.failure = fmt::format("{}: {}", stems_.specimens[stem].name, mine.fit.reason);
     return !model.failed();

@@ -71,8 +71,7 @@ struct LaboratoryStems {
     [[nodiscard]] RigEffect with_default_values(const physics::SelectedEffect& effect,
                                                 const std::string& rig, bool is_known) const;
 
-    /// work(stem, options) for each stem that is not left out; empty for the others and for lost
-    /// ones.
+    /// work(stem, options) for each stem that is not left out; empty for the others.
     template <class Work>
     [[nodiscard]] auto map(const Work& work) const {
         using T = std::invoke_result_t<Work, std::size_t, const fit::FitOptions&>;
@@ -84,7 +83,7 @@ struct LaboratoryStems {
                 costs.push_back(cost_of(s));
             }
         std::vector<std::optional<T>> found(specimens.size());
-        std::vector<std::optional<T>> answers =
+        std::vector<T> answers =
             options.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
                 return work(items[item], fit::with_heartbeat(options.candidate, heartbeat));
             });
@@ -118,8 +117,7 @@ class LaboratoryFit {
     void judge(LaboratoryModel& model);
 
   private:
-    bool take_fit(std::optional<StemFit> found, std::size_t stem, bool has_new_own,
-                  LaboratoryModel& model) const;
+    bool take_fit(StemFit found, std::size_t stem, bool has_new_own, LaboratoryModel& model) const;
     [[nodiscard]] double step_size(const LaboratoryModel& model) const;
     [[nodiscard]] std::vector<Eigen::VectorXd> take_step(LaboratoryModel& model) const;
     [[nodiscard]] double log_likelihood(const LaboratoryModel& model) const;

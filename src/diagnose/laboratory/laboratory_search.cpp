@@ -79,8 +79,7 @@ class LaboratorySearch {
             return baseline_of(stems_.specimens[s], options);
         });
         for (std::size_t s = 0; s < baselines.size(); ++s)
-            stems_.stems.push_back(
-                observed_stem(stems_.specimens[s], answer_or_lost(std::move(baselines[s]))));
+            stems_.stems.push_back(observed_stem(stems_.specimens[s], *std::move(baselines[s])));
         if (stems_.fitted_stems() == 0)
             throw core::NumericalError(core::FailureKind::FitFailed,
                                        "no stem can be fitted; the first one: " +
