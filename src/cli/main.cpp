@@ -15,6 +15,7 @@
 #include <vector>
 
 #include <fmt/core.h>
+#include <glog/logging.h>
 #include <unistd.h>
 
 namespace {
@@ -132,6 +133,8 @@ int main(int argc, char** argv) {
         std::fputs(unsuitable_processor_message, stderr);
         return static_cast<int>(ExitCode::BadInput);
     }
+    // Ceres would print what a fit returns as its reason.
+    FLAGS_minloglevel = google::GLOG_FATAL;
     try {
         return run(argc, argv);
     } catch (const std::exception& error) {

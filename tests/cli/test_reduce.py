@@ -4,8 +4,22 @@
 import csv
 import json
 import unittest
+from pathlib import Path
 
 from culm_program import BAD_INPUT, DONE, OVERDAMPED, POINTS_FAILED, QUICK, CulmTest
+
+
+CONFIG = Path(__file__).resolve().parents[2] / "config"
+
+
+class PublishedStudy(CulmTest):
+    def test_has_its_slopes(self):
+        self.assert_exit(self.culm("run", CONFIG / "schramm2019.toml", "-o", "out", "-q"), DONE)
+        (self.folder / "out/summary.json").unlink()
+        self.assert_exit(self.culm("reduce", "out"), DONE)
+        laws = json.loads((self.folder / "out/summary.json").read_text("utf-8"))["regression"]
+        for law, slope in (("sqrt_youngs_modulus", 574.31), ("bond_damping", -261.73)):
+            self.assertAlmostEqual(laws[law]["slope"] / slope, 1.0, delta=5e-4)
 
 
 class Reduce(CulmTest):

@@ -10,7 +10,6 @@
 
 #include <Eigen/Core>
 #include <ceres/ceres.h>
-#include <glog/logging.h>
 
 namespace culm::fit {
 
@@ -271,7 +270,6 @@ JointSolution solve(const JointProblem& problem, const std::vector<StemModel>& m
     const double improvement = purpose == Purpose::Final ? final_improvement : passing_improvement;
     const auto count = static_cast<double>(std::max<std::size_t>(readings, 1));
     EnoughGained enough_gained(count, improvement);
-    FLAGS_minloglevel = google::GLOG_FATAL; // failures are returned as a reason
     const auto solved_within = [&](double trust_region) {
         ceres::Solver::Options settings =
             solver_settings(problem.options.largest_iterations, trust_region);
