@@ -23,7 +23,8 @@ CLI::Option* add_option(CLI::App& command, const std::string& name, Value& value
 /// Refuses values outside of the range, NaN and infinities; CLI11's own checks let NaN pass.
 [[nodiscard]] CLI::Validator number_in(const study::Interval& range);
 
-/// Runs `action` in the same way when the command has been parsed. `argc` and `argv` are main's.
+/// Runs `action` by alone_or_under_launcher when the command has been parsed. `argc` and `argv` are
+/// main's.
 template <class Arguments, class Action>
 void run_on_ranks(CLI::App& command, std::shared_ptr<Arguments> arguments,
                   core::ExitCode& exit_code, int& argc, char**& argv, const Action& action) {

@@ -98,7 +98,7 @@ class Coordinator final : public Heartbeat {
         case MessageKind::Stop:
             stop_all(in.get<bool>());
             break;
-        default: // Alive carries no further data.
+        default: // Started carries no further data.
             break;
         }
     }

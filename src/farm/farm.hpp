@@ -67,8 +67,8 @@ class Farm {
     [[nodiscard]] int size() const;
 
     /// Calls `work` once for every batch, on some rank, longest batches first. Collective: all
-    /// ranks pass the same batches and get the same summary. Only batch indices travel, so `work`
-    /// must store its results.
+    /// ranks pass the same batches and get the same summary, its answers excepted. Only batch
+    /// indices travel, so `work` must store its results.
     ///
     /// * If `work` throws, the batch is listed as lost with the exception's text; the farm
     /// continues.

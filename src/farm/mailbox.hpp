@@ -20,7 +20,7 @@ enum class MessageKind : int {
     Report = 1, ///< worker to rank 0: a range is finished
     Failure,    ///< worker to rank 0: all ranks must stop, with the reason
     Stop,       ///< both ways: a stop was requested; to rank 0, whether by the deadline
-    Alive,      ///< worker to rank 0
+    Started,    ///< worker to rank 0: its first message of this map
     Farewell,   ///< worker to rank 0: its last message of this map
     Assign,     ///< rank 0 to worker: a range to compute
     Summary,    ///< rank 0 to worker: the map is over
@@ -28,7 +28,7 @@ enum class MessageKind : int {
 
 struct Message {
     int source = 0;
-    MessageKind kind = MessageKind::Alive;
+    MessageKind kind = MessageKind::Started;
     Bytes bytes;
 };
 

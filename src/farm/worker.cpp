@@ -28,7 +28,7 @@ class Worker final : public Heartbeat {
 
     [[nodiscard]] Summary run() {
         // Rank 0 checks that this rank has the same list of batches, even if the list is empty.
-        mailbox_.post(0, MessageKind::Alive, call_.message());
+        mailbox_.post(0, MessageKind::Started, call_.message());
         Backoff backoff;
         while (!summary_) {
             if (queue_.empty()) {

@@ -7,7 +7,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
 
 namespace culm::fit {
 Fit numbers_of(const Fit& fit) {

@@ -4,7 +4,6 @@
 
 #include "fit/solve/fit.hpp"
 
-#include <optional>
 #include <span>
 #include <vector>
 
