@@ -3,8 +3,9 @@
 
     headers.py ROOT COMPILE_COMMANDS    exit code 1 and the compiler's message for each that fails
 
-The build itself shows that a header compiles alone if a source includes it first. Only the other
-headers are compiled here, without code generation.
+The build itself shows that a header compiles alone if a source includes it first. A header that
+another one includes first compiles alone if that one does. Only the others are compiled here,
+without code generation. What several of them have in common is compiled once before (precompiled).
 """
 
 import json
@@ -13,12 +14,21 @@ import re
 import shlex
 import subprocess
 import sys
+import tempfile
+from collections import defaultdict
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from source_tree import files
 
-FIRST_INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
+INCLUDE = re.compile(r'^\s*#\s*include\s*[<"]([^>"]+)[>"]', re.MULTILINE)
+# Only comments stand before the first include.
+BEGINNING = re.compile(r'\A(?:\s|//.*$|#pragma once$)*#include "([^"]+)"', re.MULTILINE)
+# Headers of libraries that take long to read; headers of src/ with the same ones are compared.
+HEAVY = ("experimental/simd", "Eigen/Core")
+
+# The compiler with its flags, and the folder in which it runs.
+Compiler = tuple[list[str], str]
 
 
 def source_of(entry: dict) -> Path:
@@ -26,13 +36,13 @@ def source_of(entry: dict) -> Path:
     path = Path(entry["file"])
     if path.parent.name != "Unity" or not path.is_file():
         return path
-    match = FIRST_INCLUDE.search(path.read_text(encoding="utf-8"))
+    match = INCLUDE.search(path.read_text(encoding="utf-8"))
     return Path(match.group(1)) if match else path
 
 
-def build_flags(root: Path, commands: list[dict]) -> dict[str, tuple[list[str], str]]:
+def build_flags(root: Path, commands: list[dict]) -> dict[str, Compiler]:
     """Folder of src/ -> compiler with flags, and its folder; tests provide header-only layers."""
-    flags: dict[str, tuple[list[str], str]] = {}
+    flags: dict[str, Compiler] = {}
     for tree in ("src", "tests"):
         for entry in commands:
             path = source_of(entry)
@@ -49,35 +59,87 @@ def proven_by_the_build(commands: list[dict]) -> set[str]:
     first = set()
     for entry in commands:
         path = source_of(entry)
-        match = path.is_file() and FIRST_INCLUDE.search(path.read_text(encoding="utf-8"))
+        match = path.is_file() and INCLUDE.search(path.read_text(encoding="utf-8"))
         if match:
             first.add(match.group(1))
     return first
 
 
-def compile_alone(header: str, flags: tuple[list[str], str]) -> str:
+def to_compile(texts: dict[str, str], proven: set[str]) -> list[str]:
+    """The headers that neither the build proves nor another header that includes them first."""
+    first = {name: match.group(1) for name, text in texts.items()
+             if (match := BEGINNING.match(text))}
+    done = set()
+    for name in [*proven, *texts]:
+        name = name if name in proven else first.get(name)
+        while name and name not in done:
+            done.add(name)
+            name = first.get(name)
+    return [name for name in texts if name not in done]
+
+
+def included(texts: dict[str, str], header: str) -> set[str]:
+    """What a header includes, itself or by other headers of src/; with the header."""
+    seen, todo = set(), [header]
+    while todo:
+        name = todo.pop()
+        if name not in seen:
+            seen.add(name)
+            todo += INCLUDE.findall(texts.get(name, ""))
+    return seen
+
+
+def precompile(folder: Path, compilers: list[Compiler], headers: set[str]) -> Path:
+    """A header with some includes, compiled with the flags that all compilers have in common. A
+    compiler whose other flags do not fit reads the header itself."""
+    folder.mkdir()
+    common = folder / "common.hpp"
+    # Sorted, so that the headers of libraries, which depend on nothing, come first.
+    system = sorted(name for name in headers if "/" not in name or name in HEAVY)
+    common.write_text("".join(f"#include <{name}>\n"
+                              for name in [*system, *sorted(headers.difference(system))]), "utf-8")
+    arguments, directory = compilers[0]
+    flags = [flag for flag in arguments if all(flag in other for other, _ in compilers)]
+    subprocess.run([*flags, "-O0", "-x", "c++-header", common, "-o", f"{common}.gch"],
+                   cwd=directory, capture_output=True, check=False)
+    return common
+
+
+def compile_alone(header: str, compiler: Compiler, common: Path) -> str:
     """The compiler's message for a source that contains only this header; empty if it compiles."""
-    arguments, directory = flags
+    arguments, directory = compiler
     source = f'#include "{header}"\n#include "{header}"\n'
-    result = subprocess.run([*arguments, "-O0", "-fsyntax-only", "-x", "c++", "-"], input=source,
-                            cwd=directory, capture_output=True, text=True, check=False)
+    result = subprocess.run(
+        [*arguments, "-O0", "-fsyntax-only", "-include", common, "-x", "c++", "-"], input=source,
+        cwd=directory, capture_output=True, text=True, check=False)
     return "" if result.returncode == 0 else f"{header}:\n{result.stderr}"
 
 
 def faults(root: Path, commands: list[dict]) -> list[str]:
-    """The messages for all headers that the build itself does not check."""
-    flags = build_flags(root, commands)
-    proven = proven_by_the_build(commands)
-    found, todo = [], []
-    for path in files(root, ["src"], {".hpp"}):
-        header = path.relative_to(root / "src")
-        if header.parts[0] not in flags:
-            found.append(f"{header}: no source or test of src/{header.parts[0]} is in the build")
-        elif str(header) not in proven:
-            todo.append((str(header), flags[header.parts[0]]))
-    with ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool:
-        found += filter(None, pool.map(lambda item: compile_alone(*item), todo))
-    print(f"{len(todo)} headers compiled alone, {len(proven)} proven by the build")
+    """The messages for all headers that are at fault."""
+    compilers = build_flags(root, commands)
+    texts = {path.relative_to(root / "src").as_posix(): path.read_text(encoding="utf-8")
+             for path in files(root, ["src"], {".hpp"})}
+    found = [f"{name}: has no #pragma once" for name, text in texts.items()
+             if "\n#pragma once\n" not in f"\n{text}"]
+    groups = defaultdict(list)  # by the heavy headers
+    for name in to_compile(texts, proven_by_the_build(commands)):
+        layer = Path(name).parts[0]
+        if layer not in compilers:
+            found.append(f"{name}: no source or test of src/{layer} is in the build")
+        else:
+            groups[tuple(heavy in included(texts, name) for heavy in HEAVY)].append(name)
+    with (tempfile.TemporaryDirectory() as folder,
+          ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool):
+        def compiler(name: str) -> Compiler:
+            return compilers[Path(name).parts[0]]
+        common = [pool.submit(precompile, Path(folder) / str(i), list(map(compiler, names)),
+                              set.intersection(*(included(texts, name) for name in names)).difference(names))
+                  for i, names in enumerate(groups.values())]
+        checks = [pool.submit(compile_alone, name, compiler(name), header.result())
+                  for header, names in zip(common, groups.values()) for name in names]
+        found += filter(None, [check.result() for check in checks])
+    print(f"{len(checks)} headers compiled alone, which proves {len(texts)} with the build")
     return found
 
 

@@ -45,9 +45,31 @@ class HeaderCheck(unittest.TestCase):
         self.assertEqual(len(faults), 1)
         self.assertIn("core/lengths.hpp", faults[0])
 
+    def test_a_heavy_header_that_only_others_include_is_missed(self):
+        self.write("src/core/order.hpp", "#pragma once\n#include <algorithm>\n")
+        text = "#pragma once\ninline int larger(int a, int b) { return std::max(a, b); }\n"
+        self.assertEqual(len(self.faults_with(text, "#include <algorithm>\n")), 1)
+        self.write("src/core/user.hpp", '#pragma once\n#include "core/order.hpp"\n'
+                   '#include "core/larger.hpp"\n')
+        self.write("src/core/larger.hpp", text)
+        faults = self.faults_with(COMPLETE, "#include <algorithm>\n")
+        self.assertEqual([fault.partition(":")[0] for fault in faults], ["core/larger.hpp"])
+
     def test_a_header_that_cannot_be_included_twice_is_found(self):
         text = COMPLETE.replace("#pragma once\n", "")
-        self.assertEqual(len(self.faults_with(text, "#include <map>\n")), 1)
+        faults = self.faults_with(text, "#include <map>\n")
+        self.assertIn("has no #pragma once", faults[0])
+        self.assertIn("redefinition", faults[1])
+
+    def test_a_header_that_another_one_includes_first_is_proven_by_it(self):
+        self.write("src/core/stem.hpp", '#pragma once\n#include "core/lengths.hpp"\n')
+        self.assertEqual(headers.to_compile(
+            {"core/stem.hpp": '// A stem.\n#pragma once\n\n#include "core/lengths.hpp"\n',
+             "core/late.hpp": '#pragma once\n#include <vector>\n#include "core/order.hpp"\n',
+             "core/lengths.hpp": COMPLETE, "core/order.hpp": COMPLETE}, set()),
+            ["core/stem.hpp", "core/late.hpp", "core/order.hpp"])
+        faults = self.faults_with(INCOMPLETE, "#include <vector>\n")
+        self.assertIn("core/stem.hpp", faults[0])
 
     def test_a_header_that_a_source_includes_first_is_left_to_the_build(self):
         self.assertEqual(self.faults_with(INCOMPLETE, '#include "core/lengths.hpp"\n'), [])
