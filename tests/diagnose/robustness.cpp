@@ -33,7 +33,6 @@ class FlawedRecording : public testing::TestWithParam<std::string> {
         const std::vector<measure::Measurement> recordings{beam::record(spec)};
         diagnose::DiagnosisOptions options = quick_diagnosis(
             "taper,bending_nonlinearity,relaxation,clamp_compliance,quadratic_drag,camera_tilt");
-        options.candidate.chain.spheres = 28;
         return diagnose::diagnose(recordings, options);
     }
 };
