@@ -5,7 +5,6 @@
 #include "fit/model/stem_chain.hpp"
 
 #include <cmath>
-#include <functional>
 #include <utility>
 
 #include <fmt/format.h>

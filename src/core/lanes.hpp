@@ -2,7 +2,6 @@
 // SIMD lanes as a scalar type, one stem per lane, and functions for code over either scalar.
 #pragma once
 
-#include <algorithm>
 #include <cmath>
 #include <concepts>
 #include <cstddef>

@@ -2,8 +2,6 @@
 // All constants of the decision which model a recording requires, with their reasons.
 #pragma once
 
-#include <cstddef>
-
 namespace culm::diagnose {
 
 /// Used by model_search.hpp, posterior.hpp, diagnosis.hpp, ladder.hpp (which effects act?) and

@@ -8,12 +8,10 @@
 #include "farm/summary.hpp"
 
 #include <chrono>
-#include <cstdint>
 #include <functional>
 #include <memory>
 #include <optional>
 #include <span>
-#include <vector>
 
 namespace culm::farm {
 

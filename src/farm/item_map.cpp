@@ -3,7 +3,6 @@
 
 #include "core/error.hpp"
 
-#include <algorithm>
 #include <cstddef>
 #include <memory>
 

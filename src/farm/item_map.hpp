@@ -10,8 +10,6 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
-#include <utility>
-#include <vector>
 
 namespace culm::farm {
 

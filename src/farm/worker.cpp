@@ -3,7 +3,6 @@
 #include "farm/mailbox.hpp"
 #include "farm/map_call.hpp"
 
-#include <chrono>
 #include <deque>
 #include <optional>
 #include <string>

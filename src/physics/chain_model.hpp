@@ -10,7 +10,6 @@
 #include "physics/user_law.hpp"
 
 #include <cmath>
-#include <cstddef>
 #include <optional>
 #include <vector>
 

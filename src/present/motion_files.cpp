@@ -5,7 +5,6 @@
 #include "present/files.hpp"
 #include "present/parameters.hpp"
 
-#include <functional>
 #include <limits>
 #include <ranges>
 #include <string>

@@ -6,8 +6,6 @@
 #include "run/case_model.hpp"
 #include "run/case_spec.hpp"
 
-#include <span>
-
 namespace culm::run {
 
 /// Fills a CaseResult sample by sample.

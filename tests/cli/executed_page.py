@@ -134,7 +134,7 @@ class ExecutedPage:
     is_tutorial = True
     # First line of a block that is not run -> why not.
     left_out: dict[str, str] = {}
-    # Command of culm -> options that shorten it; only for commands whose output is not shown.
+    # Beginning of a command of culm -> options that shorten it; only where no output is shown.
     small: dict[str, str] = {}
 
     @classmethod
@@ -167,10 +167,10 @@ class ExecutedPage:
     def programs(self, folder: Path) -> Path:
         """A folder with a `culm` that adds the options of `small`."""
         folder.mkdir()
-        cases = "".join(f"{command}) set -- \"$@\" {options} ;;\n"
+        cases = "".join(f"\"{command} \"*) set -- \"$@\" {options} ;;\n"
                         for command, options in self.small.items())
         program = folder / "culm"
-        program.write_text(f'#!/bin/sh\ncase "$1" in\n{cases}esac\nexec "{PROGRAM}" "$@"\n',
+        program.write_text(f'#!/bin/sh\ncase "$*" in\n{cases}esac\nexec "{PROGRAM}" "$@"\n',
                            "utf-8")
         program.chmod(0o755)
         return folder

@@ -183,7 +183,7 @@ class Diagnose(OfMeasurements, unittest.TestCase):
 
 class Laboratory(OfMeasurements, unittest.TestCase):
     page = DOCS / "laboratory.md"
-    small = {"calibrate": "--spheres 12"}
+    small = {"calibrate": "--spheres 12", "diagnose LAB/R01 LAB/R02 -o": "--spheres 12"}
 
     def given(self, folder: Path):
         super().given(folder)

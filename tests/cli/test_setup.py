@@ -40,6 +40,12 @@ class Setup(CulmTest):
         cls.frames = Path(place.name) / "frames"
         write_frames(cls.frames)
 
+    def draw_grey_frames(self):
+        """Twenty small pictures without a stem."""
+        (self.folder / "grey").mkdir()
+        for number in range(20):
+            (self.folder / f"grey/{number:03}.pgm").write_bytes(b"P5 64 48 255\n" + 48 * 64 * b"Z")
+
     def dialogue(self, output: str, **answers):
         text = "".join(f"{answer}\n" for answer in (ANSWERS | answers).values())
         return subprocess.run([PROGRAM, "setup", self.frames, "-o", output, "--text"], input=text,
@@ -47,15 +53,16 @@ class Setup(CulmTest):
                               check=False)
 
     def test_leaves_a_whole_page_or_none_when_killed_or_out_of_space(self):
+        self.draw_grey_frames()
         started = time.monotonic()
-        self.assert_exit(self.culm("setup", self.frames, "-o", "S07"), DONE)
+        self.assert_exit(self.culm("setup", "grey", "-o", "S07"), DONE)
         duration = time.monotonic() - started
         page = self.folder / "S07/setup.html"
         whole = page.read_text("utf-8")
         page.unlink()
         chance = random.Random(1)
         for _ in range(10):
-            process = subprocess.Popen([PROGRAM, "setup", self.frames, "-o", "S07"],
+            process = subprocess.Popen([PROGRAM, "setup", "grey", "-o", "S07"],
                                        cwd=self.folder, start_new_session=True,
                                        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
             time.sleep(chance.uniform(0.5, 1.1) * duration)
@@ -63,8 +70,8 @@ class Setup(CulmTest):
             process.wait()
             if page.exists():
                 self.assertTrue(page.read_text("utf-8") == whole)
-        self.assert_exit(self.culm("setup", self.frames, "-o", "S07"), DONE)
-        full = self.culm("setup", self.frames, "-o", "S07", preexec_fn=lambda: resource.setrlimit(
+        self.assert_exit(self.culm("setup", "grey", "-o", "S07"), DONE)
+        full = self.culm("setup", "grey", "-o", "S07", preexec_fn=lambda: resource.setrlimit(
             resource.RLIMIT_FSIZE, (10_000, 10_000)))
         self.assert_exit(full, BAD_INPUT)
         self.assertIn("File too large", full.stderr)
@@ -141,11 +148,7 @@ class Setup(CulmTest):
             self.assertFalse((self.folder / "out").exists())
 
     def test_shows_frames_without_a_stem_with_the_reason(self):
-        import numpy
-        (self.folder / "grey").mkdir()
-        for number in range(20):
-            (self.folder / f"grey/{number:03}.pgm").write_bytes(
-                b"P5 64 48 255\n" + numpy.full((48, 64), 90, numpy.uint8).tobytes())
+        self.draw_grey_frames()
         self.assert_exit(self.culm("setup", "grey", "-o", "out"), DONE)
         data = page_data(self.folder / "out/setup.html")
         self.assertIsNone(data["detected"])

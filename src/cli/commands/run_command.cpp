@@ -14,14 +14,12 @@
 #include "study/execute/execute.hpp"
 #include "study/summary/summary.hpp"
 
-#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <numeric>
 #include <optional>
 #include <string>
-#include <utility>
 
 #include <fmt/core.h>
 

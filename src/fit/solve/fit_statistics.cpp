@@ -9,7 +9,6 @@
 #include <map>
 #include <span>
 #include <string>
-#include <utility>
 
 #include <Eigen/Core>
 #include <fmt/core.h>

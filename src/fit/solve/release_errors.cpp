@@ -7,7 +7,6 @@
 #include <cmath>
 #include <complex>
 #include <numbers>
-#include <utility>
 
 #include <Eigen/QR>
 #include <boost/math/special_functions/gamma.hpp>

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <string_view>
-#include <utility>
 
 #include <Eigen/Core>
 #include <fmt/format.h>

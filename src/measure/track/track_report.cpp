@@ -6,7 +6,6 @@
 #include "measure/track/track.hpp"
 
 #include <array>
-#include <cmath>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>

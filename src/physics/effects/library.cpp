@@ -6,7 +6,6 @@
 #include "physics/effects/per_link.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <functional>
 #include <map>
 #include <stdexcept>

@@ -3,7 +3,6 @@
 // minimum of its sum of squares.
 #pragma once
 
-#include <cstddef>
 #include <numbers>
 #include <optional>
 #include <span>

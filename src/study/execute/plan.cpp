@@ -73,24 +73,20 @@ double seconds_of_point(const StudyConfig& config, const run::CaseSpec& spec) {
            explicit_bond_step_seconds / static_cast<double>(run::lanes_per_batch());
 }
 
-/// `points` in the order in which they fill lanes. Explicit points all take the same steps.
-/// Implicit points choose their own steps, and a batch ends with its longest point: they are sorted
-/// by descending time, and equal ones keep their order.
-std::vector<std::int64_t> in_lane_order(const Study& study,
-                                        const std::vector<std::int64_t>& points) {
-    if (study.config.base.integrator.method == run::IntegrationMethod::Explicit)
-        return points;
-    std::vector<std::pair<double, std::int64_t>> by_cost;
-    by_cost.reserve(points.size());
+/// `points` and their expected times, s, in the order in which they fill lanes. Explicit points all
+/// take the same steps. Implicit points choose their own steps, and a batch ends with its longest
+/// point: they are sorted by descending time, and equal ones keep their order.
+std::vector<std::pair<std::int64_t, double>>
+in_lane_order(const Study& study, const std::vector<std::int64_t>& points) {
+    std::vector<std::pair<std::int64_t, double>> timed;
+    timed.reserve(points.size());
     for (const std::int64_t point : points)
-        by_cost.emplace_back(
-            -seconds_of_point(study.config, case_of_point(study.config, study.design, point)),
-            point);
-    std::ranges::stable_sort(by_cost, {}, [](const auto& entry) { return entry.first; });
-    std::vector<std::int64_t> ordered(points.size());
-    std::ranges::transform(by_cost, ordered.begin(),
-                           [](const auto& entry) { return entry.second; });
-    return ordered;
+        timed.emplace_back(
+            point,
+            seconds_of_point(study.config, case_of_point(study.config, study.design, point)));
+    if (study.config.base.integrator.method != run::IntegrationMethod::Explicit)
+        std::ranges::stable_sort(timed, std::greater{}, &std::pair<std::int64_t, double>::second);
+    return timed;
 }
 
 /// Rounded down to three digits, so that the printed limit is itself allowed.
@@ -231,14 +227,14 @@ std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std:
     std::optional<run::CaseSpec> first;
     const std::size_t most = run::lanes_per_batch(study.config.base.integrator.method);
     const auto lanes = static_cast<double>(most);
-    for (const std::int64_t point : in_lane_order(study, points)) {
-        run::CaseSpec spec = case_of_point(study.config, study.design, point);
+    for (const auto& [point, seconds] : in_lane_order(study, points)) {
         // A point during which a process died before gets its own batch, so that another death does
         // not affect other points.
         if (std::ranges::binary_search(alone, point)) {
-            lone.push_back({{point}, lanes * seconds_of_point(study.config, spec)});
+            lone.push_back({{point}, lanes * seconds});
             continue;
         }
+        run::CaseSpec spec = case_of_point(study.config, study.design, point);
         // A point of a time-step study fills the lanes with its own steps.
         if (first && study.config.kind == StudyKind::Vibration &&
             batches.back().points.size() < most && run::can_share_lanes(*first, spec)) {
@@ -247,7 +243,7 @@ std::vector<farm::Batch> make_batches(const Study& study, const std::vector<std:
         }
         // Lanes step together: the cost of a batch is that of its longest lane, the first one, for
         // any number of used lanes.
-        batches.push_back({{point}, lanes * seconds_of_point(study.config, spec)});
+        batches.push_back({{point}, lanes * seconds});
         first = std::move(spec);
     }
     batches.insert(batches.end(), lone.begin(), lone.end());
