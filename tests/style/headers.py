@@ -9,14 +9,12 @@ without code generation. What several of them have in common is compiled once be
 """
 
 import json
-import os
 import re
 import shlex
 import subprocess
 import sys
 import tempfile
 from collections import defaultdict
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from source_tree import files
@@ -89,17 +87,23 @@ def included(texts: dict[str, str], header: str) -> set[str]:
     return seen
 
 
+def options(arguments: list[str]) -> list[tuple[str, ...]]:
+    """The arguments, each with its value."""
+    rest = iter(arguments)
+    return [(name, next(rest)) if name == "-isystem" else (name,) for name in rest]
+
+
 def precompile(folder: Path, compilers: list[Compiler], headers: set[str]) -> Path:
     """A header with some includes, compiled with the flags that all compilers have in common. A
     compiler whose other flags do not fit reads the header itself."""
-    folder.mkdir()
     common = folder / "common.hpp"
     # Sorted, so that the headers of libraries, which depend on nothing, come first.
     system = sorted(name for name in headers if "/" not in name or name in HEAVY)
     common.write_text("".join(f"#include <{name}>\n"
                               for name in [*system, *sorted(headers.difference(system))]), "utf-8")
     arguments, directory = compilers[0]
-    flags = [flag for flag in arguments if all(flag in other for other, _ in compilers)]
+    flags = [word for option in options(arguments) for word in option
+             if all(option in options(others) for others, _ in compilers)]
     subprocess.run([*flags, "-O0", "-x", "c++-header", common, "-o", f"{common}.gch"],
                    cwd=directory, capture_output=True, check=False)
     return common
@@ -129,17 +133,14 @@ def faults(root: Path, commands: list[dict]) -> list[str]:
             found.append(f"{name}: no source or test of src/{layer} is in the build")
         else:
             groups[tuple(heavy in included(texts, name) for heavy in HEAVY)].append(name)
-    with (tempfile.TemporaryDirectory() as folder,
-          ThreadPoolExecutor(len(os.sched_getaffinity(0))) as pool):
-        def compiler(name: str) -> Compiler:
-            return compilers[Path(name).parts[0]]
-        common = [pool.submit(precompile, Path(folder) / str(i), list(map(compiler, names)),
-                              set.intersection(*(included(texts, name) for name in names)).difference(names))
-                  for i, names in enumerate(groups.values())]
-        checks = [pool.submit(compile_alone, name, compiler(name), header.result())
-                  for header, names in zip(common, groups.values()) for name in names]
-        found += filter(None, [check.result() for check in checks])
-    print(f"{len(checks)} headers compiled alone, which proves {len(texts)} with the build")
+    for names in groups.values():
+        shared = set.intersection(*(included(texts, name) for name in names)).difference(names)
+        with tempfile.TemporaryDirectory() as folder:
+            compiler = {name: compilers[Path(name).parts[0]] for name in names}
+            common = precompile(Path(folder), list(compiler.values()), shared)
+            found += filter(None, [compile_alone(name, compiler[name], common) for name in names])
+    count = sum(map(len, groups.values()))
+    print(f"{count} headers compiled alone, which proves {len(texts)} with the build")
     return found
 
 
