@@ -115,5 +115,15 @@ TEST(Diagnosis, NamesTheSpecialCaseOfAGeneralLaw) {
     EXPECT_EQ(found.families.front().members, std::vector<std::string>{"quadratic_drag"});
 }
 
+TEST(Diagnosis, TriesNoOtherLawOfDragBesideTheAnswer) {
+    const auto recordings = recording("T2-quadratic_drag");
+    const diagnose::Diagnosis found =
+        diagnose::diagnose(recordings, quick_diagnosis("taper,viscous_drag,quadratic_drag"));
+    EXPECT_EQ(found.effects, std::vector<std::string>{"quadratic_drag"});
+    // Two drags are one law: only the taper is a blind spot.
+    ASSERT_EQ(found.blind_spots.size(), 1u);
+    EXPECT_EQ(found.blind_spots.front().effect, "taper");
+}
+
 } // namespace
 } // namespace culm::tests

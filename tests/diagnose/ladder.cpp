@@ -1,28 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/ladder.hpp"
 
-#include "measure/folder/measurement_folder.hpp"
+#include "diagnosis_records.hpp"
 #include "support/parameter_ids.hpp"
 #include "support/single_fit.hpp"
-
-#include <filesystem>
 
 #include <gtest/gtest.h>
 
 namespace culm::tests {
 namespace {
-
-measure::Measurement record(const std::string& name) {
-    const char* folder = name == "T1-null" ? "measurements" : "hidden-effect";
-    return measure::read_measurement(std::filesystem::path(CULM_TEST_DATA_DIR) / folder / name);
-}
-
-/// 20 spheres instead of 56: a third of the time, and the verdicts are the same (verdicts.cpp).
-fit::FitOptions quick() {
-    fit::FitOptions options;
-    options.chain.spheres = 20;
-    return options;
-}
 
 std::vector<fit::SelectedEffects> models(std::initializer_list<const char*> texts) {
     std::vector<fit::SelectedEffects> all;
@@ -37,8 +23,8 @@ double over_noise(const diagnose::Ladder& ladder, std::size_t model) {
 }
 
 TEST(Ladder, EndsAtTheNoiseWithTheTrueCoefficientForARecordWithDrag) {
-    const diagnose::Ladder ladder =
-        diagnose::climb(record("T2-quadratic_drag"), models({"quadratic_drag"}), quick());
+    const diagnose::Ladder ladder = diagnose::climb(recording("T2-quadratic_drag").front(),
+                                                    models({"quadratic_drag"}), quick_fit());
     ASSERT_FALSE(ladder.models[1].fit.failed()) << ladder.models[1].why;
     EXPECT_GT(over_noise(ladder, 0), 3.0);
     EXPECT_LT(over_noise(ladder, 1), 1.10);
@@ -55,9 +41,9 @@ TEST(Ladder, EndsAtTheNoiseWithTheTrueCoefficientForARecordWithDrag) {
 }
 
 TEST(Ladder, CallsAYieldingClampAGainButNotDrag) {
-    const diagnose::Ladder ladder =
-        diagnose::climb(record("T3-clamp_compliance"),
-                        models({"clamp_compliance", "clamp_compliance,quadratic_drag"}), quick());
+    const diagnose::Ladder ladder = diagnose::climb(
+        recording("T3-clamp_compliance").front(),
+        models({"clamp_compliance", "clamp_compliance,quadratic_drag"}), quick_fit());
     ASSERT_FALSE(ladder.models[1].fit.failed()) << ladder.models[1].why;
     EXPECT_TRUE(ladder.models[1].is_gain) << ladder.models[1].why;
     EXPECT_LT(over_noise(ladder, 1), 1.10);
@@ -71,7 +57,7 @@ TEST(Ladder, CallsAYieldingClampAGainButNotDrag) {
 
 TEST(Ladder, HasNoGainForAPlainRecord) {
     const diagnose::Ladder ladder =
-        diagnose::climb(record("T1-null"), models({"quadratic_drag"}), quick());
+        diagnose::climb(recording("T1-null").front(), models({"quadratic_drag"}), quick_fit());
     EXPECT_EQ(ladder.models[0].comparison->verdict.finding, diagnose::Finding::Adequate)
         << ladder.models[0].comparison->verdict.reason;
     EXPECT_FALSE(ladder.models[1].is_gain);
@@ -79,8 +65,8 @@ TEST(Ladder, HasNoGainForAPlainRecord) {
 
 TEST(Ladder, ComparesAStepWithTheLikeliestModelBelow) {
     const diagnose::Ladder ladder = diagnose::climb(
-        record("T2-quadratic_drag"),
-        models({"taper", "taper,quadratic_drag", "taper,quadratic_drag,gravity"}), quick());
+        recording("T2-quadratic_drag").front(),
+        models({"taper", "taper,quadratic_drag", "taper,quadratic_drag,gravity"}), quick_fit());
     ASSERT_EQ(ladder.models.size(), 4u);
     const diagnose::LadderModel& taper = ladder.models[1];
     const diagnose::LadderModel& drag = ladder.models[2];
@@ -105,9 +91,9 @@ TEST(Ladder, ComparesAStepWithTheLikeliestModelBelow) {
 // The residual of a chain without friction also lies outside the spectral lines that the estimate
 // of the noise omits, so there is no estimate. The readings have white noise of the stated 0.04 mm.
 TEST(Ladder, UsesTheStatedNoiseWhereTheChainFailsClearly) {
-    const measure::Measurement measurement = record("T6-clamp_friction");
+    const measure::Measurement measurement = recording("T6-clamp_friction").front();
     const diagnose::Ladder ladder =
-        diagnose::climb(measurement, models({"clamp_friction"}), quick());
+        diagnose::climb(measurement, models({"clamp_friction"}), quick_fit());
     for (const diagnose::LadderModel& model : ladder.models)
         EXPECT_EQ(model.fit.parts.front().noise_source, "stated");
     EXPECT_TRUE(ladder.models[1].is_gain) << ladder.models[1].why;
@@ -118,24 +104,24 @@ TEST(Ladder, UsesTheStatedNoiseWhereTheChainFailsClearly) {
 // A fit of the pair from the baseline ends without drag and with an almost rigid clamp, at 5.84
 // times the noise; the clamp alone reaches 5.52.
 TEST(FitWithParts, FitsNoWorseThanAnEffectOfThePair) {
-    const measure::Measurement measurement = record("T6-clamp_friction");
-    const fit::Fit baseline = fit_baseline(measurement, quick());
+    const measure::Measurement measurement = recording("T6-clamp_friction").front();
+    const fit::Fit baseline = fit_baseline(measurement, quick_fit());
     const fit::Fit clamp =
-        fit_candidate(models({"clamp_compliance"}).front(), baseline, measurement, quick());
+        fit_candidate(models({"clamp_compliance"}).front(), baseline, measurement, quick_fit());
     const fit::SelectedEffects both = models({"clamp_compliance,quadratic_drag"}).front();
     ASSERT_FALSE(clamp.failed()) << clamp.reason;
-    EXPECT_GT(fit_candidate(both, baseline, measurement, quick()).rmse, 1.02 * clamp.rmse)
+    EXPECT_GT(fit_candidate(both, baseline, measurement, quick_fit()).rmse, 1.02 * clamp.rmse)
         << "one fit from the baseline is enough by now";
     const fit::Fit pair =
-        fit::fit_with_parts(both, baseline, fit::observed({&measurement, 1}), quick());
+        fit::fit_with_parts(both, baseline, fit::observed({&measurement, 1}), quick_fit());
     ASSERT_FALSE(pair.failed()) << pair.reason;
     EXPECT_LT(pair.rmse, 1.001 * clamp.rmse);
 }
 
 TEST(Verdict, IsUndecidedForAnExcerptOfOneCycle) {
-    fit::FitOptions options = quick();
+    fit::FitOptions options = quick_fit();
     options.window = 0.015; // 1.3 cycles
-    const measure::Measurement measurement = record("T1-null");
+    const measure::Measurement measurement = recording("T1-null").front();
     const fit::Fit fit = tests::fit_baseline(measurement, options);
     ASSERT_FALSE(fit.failed()) << fit.reason;
     const diagnose::Comparison comparison = diagnose::compare(fit, fit, measurement);

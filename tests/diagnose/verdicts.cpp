@@ -20,7 +20,7 @@ using Names = std::vector<std::string>;
 
 diagnose::Diagnosis diagnosis_of(const std::vector<measure::Measurement>& recordings) {
     diagnose::DiagnosisOptions options;
-    options.candidate.chain.spheres = 20;
+    options.candidate = quick_fit();
     return diagnose::diagnose(recordings, options);
 }
 

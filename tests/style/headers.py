@@ -76,7 +76,7 @@ def to_compile(texts: dict[str, str], proven: set[str]) -> list[str]:
     return [name for name in texts if name not in done]
 
 
-def included(texts: dict[str, str], header: str) -> set[str]:
+def all_includes(texts: dict[str, str], header: str) -> set[str]:
     """What a header includes, itself or by other headers of src/; with the header."""
     seen, todo = set(), [header]
     while todo:
@@ -126,15 +126,16 @@ def faults(root: Path, commands: list[dict]) -> list[str]:
              for path in files(root, ["src"], {".hpp"})}
     found = [f"{name}: has no #pragma once" for name, text in texts.items()
              if "\n#pragma once\n" not in f"\n{text}"]
+    included = {name: all_includes(texts, name) for name in texts}
     groups = defaultdict(list)  # by the heavy headers
     for name in to_compile(texts, proven_by_the_build(commands)):
         layer = Path(name).parts[0]
         if layer not in compilers:
             found.append(f"{name}: no source or test of src/{layer} is in the build")
         else:
-            groups[tuple(heavy in included(texts, name) for heavy in HEAVY)].append(name)
+            groups[tuple(heavy in included[name] for heavy in HEAVY)].append(name)
     for names in groups.values():
-        shared = set.intersection(*(included(texts, name) for name in names)).difference(names)
+        shared = set.intersection(*(included[name] for name in names)).difference(names)
         with tempfile.TemporaryDirectory() as folder:
             compiler = {name: compilers[Path(name).parts[0]] for name in names}
             common = precompile(Path(folder), list(compiler.values()), shared)
