@@ -1,14 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Tests the answers of `culm diagnose` and their probabilities: diagnoses simulated recordings with
-// known hidden effects (decision_cases.hpp), two at a time.
+// known hidden effects, whose laws are not quite those of the library (decision_cases.hpp), two at
+// a time.
 //
-//   bench_decision SEED COUNT FILE [SECONDS]
-//   bench_decision --write SEED KIND NUMBER FOLDER
+//   bench_decision HALF FILE [SECONDS]
+//   bench_decision --write HALF KIND NUMBER FOLDER
 //
-// Adds the recordings that FILE does not hold yet, prints a line for each and, if all are there,
-// the summary. After SECONDS no further recording is begun; the same command continues. Seed 60
-// with 60 recordings is the fixed list; any other seed is a fresh one. The second form writes the
-// recordings of one line as measurement folders for `culm diagnose`.
+// HALF is "tuning", whose recordings may lead to changes, or "judging", which is run once for a
+// version. Adds the recordings that FILE does not hold yet, prints a line for each, and then the
+// summary of those that FILE holds. After SECONDS no further recording is begun; the same command
+// continues. The second form writes the recording of one line as a measurement folder for
+// `culm diagnose`.
 #include "bench/decision_cases.hpp"
 #include "bench/decision_grade.hpp"
 #include "bench/diagnosis_summary.hpp"
@@ -23,13 +25,13 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
 #include <filesystem>
 #include <map>
-#include <ranges>
+#include <span>
 #include <string>
 #include <vector>
 
+#include <boost/math/distributions/binomial.hpp>
 #include <fmt/core.h>
 #include <fmt/ranges.h>
 
@@ -41,12 +43,12 @@ using bench::HiddenTruth;
 using bench::Rate;
 using nlohmann::json;
 
-/// T of Policy::temperature that are compared.
-constexpr std::array temperatures{1.0, 1.5, 2.0, 3.0, 4.0};
 /// Limit of the wall time; a diagnosis that takes longer has failed.
 constexpr double longest_s = 400.0;
 /// Rms of the published chain over the noise from which an effect should be named.
 constexpr double clearly_visible = 1.5;
+/// Rms residual over the noise from which another loss of the second mode may be named.
+constexpr double visible_loss = 0.2;
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -54,24 +56,33 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 // --- The truth of a case
 
-/// Rms residual of the exact recordings with these effects, over the noise.
-double over_noise_with(const fit::SelectedEffects& effects,
-                       const std::vector<measure::Measurement>& exact) {
+/// Rms residual of the exact recording with these effects, over the noise.
+double over_noise_with(const fit::SelectedEffects& effects, const measure::Measurement& exact) {
     std::vector<fit::SelectedEffects> sets;
     if (!effects.empty())
         sets.push_back(effects);
-    const fit::Fit fit = fit::fit_nested(exact, sets).models.back().stated;
-    return fit.rmse / *exact.front().noise;
+    return fit::fit_nested({&exact, 1}, sets).models.back().stated.rmse / *exact.noise;
+}
+
+/// All hidden effects but the one that is not wanted. A law that the library lacks is omitted.
+fit::SelectedEffects effects_without(const std::string& unwanted,
+                                     const bench::DecisionCase& drawn) {
+    fit::SelectedEffects effects;
+    for (const beam::HiddenEffect& hidden : drawn.hidden)
+        if (hidden.name != unwanted && bench::is_in_library(hidden.name))
+            effects.push_back(physics::parse_effect(hidden.name, {}));
+    return effects;
 }
 
 std::vector<HiddenTruth> truth_of(const bench::DecisionCase& drawn) {
     std::vector<HiddenTruth> truth;
+    // The library's laws are not those of the beam; what they leave is no effect's.
+    double floor = 0.0;
+    if (drawn.hidden.size() > 1)
+        floor = over_noise_with(effects_without("", drawn), drawn.exact);
     for (const beam::HiddenEffect& hidden : drawn.hidden) {
-        fit::SelectedEffects others;
-        for (const beam::HiddenEffect& other : drawn.hidden)
-            if (other.name != hidden.name)
-                others.push_back(physics::parse_effect(other.name, {}));
-        truth.push_back({hidden.name, over_noise_with(others, drawn.exact)});
+        const double left = over_noise_with(effects_without(hidden.name, drawn), drawn.exact);
+        truth.push_back({hidden.name, std::sqrt(std::max(0.0, left * left - floor * floor))});
     }
     const diagnose::Policy policy;
     for (HiddenTruth& each : truth) {
@@ -82,6 +93,10 @@ std::vector<HiddenTruth> truth_of(const bench::DecisionCase& drawn) {
         each.is_material =
             each.over_noise > std::max(policy.immaterial_noise, policy.immaterial_share * larger);
     }
+    // A second mode with another loss is a material that is not the library's: it may be named as
+    // material damping, and need not be.
+    if (const double loss = over_noise_with({}, drawn.lossy); loss > visible_loss)
+        truth.push_back({std::string(bench::second_loss), loss, false});
     return truth;
 }
 
@@ -126,22 +141,14 @@ json sizes_of(const std::vector<beam::HiddenEffect>& hidden, const fit::Fit& fit
     return sizes;
 }
 
-/// Every explanation with its probability at each T, and whether it is the truth.
-json explanations_of(const diagnose::SearchResult& search, diagnose::DiagnosisOptions options,
-                     const std::vector<HiddenTruth>& truth) {
+/// Every explanation with its probability, and whether it is the truth.
+json explanations_of(const diagnose::Posterior& posterior, const std::vector<HiddenTruth>& truth) {
     json all = json::array();
-    for (const double temperature : temperatures) {
-        options.policy.temperature = temperature;
-        const diagnose::Posterior posterior = diagnose::posterior_of(
-            search, options,
-            diagnose::has_structure(search.best_fit, search.recordings, options.policy));
-        for (const diagnose::Explanation& each : posterior.explanations)
-            if (each.probability > 1e-3)
-                all.push_back({{"temperature", temperature},
-                               {"effects", each.effects},
-                               {"probability", each.probability},
-                               {"is_truth", is_truth(answer_set(each.effects), truth)}});
-    }
+    for (const diagnose::Explanation& each : posterior.explanations)
+        if (each.probability > 1e-3)
+            all.push_back({{"effects", each.effects},
+                           {"probability", each.probability},
+                           {"is_truth", is_truth(answer_set(each.effects), truth)}});
     return all;
 }
 
@@ -149,17 +156,18 @@ json diagnosed(const bench::DecisionCase& drawn, const std::vector<HiddenTruth>&
     diagnose::DiagnosisOptions options;
     const auto start = std::chrono::steady_clock::now();
     options.candidate.heartbeat = [start] { return seconds_since(start) < longest_s; };
-    options.candidates = fit::in_library_order(fit::candidate_effects(drawn.recordings));
+    const std::span<const measure::Measurement> recordings(&drawn.recording, 1);
+    options.candidates = fit::in_library_order(fit::candidate_effects(recordings));
     json out;
     bench::Answered answer;
     try {
-        diagnose::SearchResult search = diagnose::search_models(drawn.recordings, options);
-        out["explanations"] = explanations_of(search, options, truth);
+        diagnose::SearchResult search = diagnose::search_models(recordings, options);
         out["fits"] = search.visited.size();
         const diagnose::Diagnosis found = diagnose::decide(search, options);
         answer = answered(found);
+        out["explanations"] = explanations_of(found.posterior, truth);
         out["reason"] = found.reason;
-        out["baseline_over_noise"] = found.stated_baseline.rmse / *drawn.recordings.front().noise;
+        out["baseline_over_noise"] = found.stated_baseline.rmse / *drawn.recording.noise;
         out["final_reduced_chi2"] = found.final_fit.reduced_chi_squared;
         if (answer.verdict != "unknown")
             out["sizes"] = sizes_of(drawn.hidden, found.ladder.back().stated);
@@ -216,61 +224,74 @@ void print_case(const json& each) {
     std::fflush(stdout);
 }
 
-/// Prints how often explanations of similar probability are the truth.
+/// How often explanations of similar probability are the truth, and Brier's score: the mean square
+/// of an explanation's probability less 1 if it is the truth, summed over the explanations of a
+/// recording.
 void print_reliability(const json& cases) {
     constexpr std::array edges{0.0, 0.05, 0.2, 0.5, 0.8, 0.95, 1.01};
-    fmt::print("\n| T | mean log probability of the truth |");
-    for (std::size_t k = 0; k + 1 < edges.size(); ++k)
-        fmt::print(" {:.2f}-{:.2f} |", edges[k], std::min(edges[k + 1], 1.0));
-    fmt::print("\n|---|---|{}\n",
-               fmt::join(std::vector<std::string>(edges.size() - 1, "---|"), ""));
-    for (const double temperature : temperatures) {
-        std::array<Rate, edges.size() - 1> bins;
-        double score = 0.0;
-        int scored = 0;
-        for (const json& each : cases) {
-            // No explanation of the library is the truth if the library lacks the law.
-            if (each["kind"] == "unknown" || !each.contains("explanations"))
-                continue;
-            double of_truth = 0.0;
-            for (const json& explanation : each["explanations"]) {
-                if (explanation["temperature"] != temperature)
-                    continue;
-                const double probability = explanation["probability"];
-                of_truth += explanation["is_truth"] ? probability : 0.0;
-                for (std::size_t k = 0; k < bins.size(); ++k)
-                    if (probability >= edges[k] && probability < edges[k + 1])
-                        bins[k].add(explanation["is_truth"]);
-            }
-            score += std::log(std::max(of_truth, 1e-3));
-            ++scored;
+    std::array<Rate, edges.size() - 1> bins;
+    double log_score = 0.0;
+    double brier = 0.0;
+    int scored = 0;
+    for (const json& each : cases) {
+        // No explanation of the library is the truth if the library lacks the law.
+        if (each["kind"] == "unknown" || !each.contains("explanations"))
+            continue;
+        double of_truth = 0.0;
+        for (const json& explanation : each["explanations"]) {
+            const double probability = explanation["probability"];
+            const bool is_truth = explanation["is_truth"];
+            brier += std::pow(probability - (is_truth ? 1.0 : 0.0), 2);
+            of_truth += is_truth ? probability : 0.0;
+            for (std::size_t k = 0; k < bins.size(); ++k)
+                if (probability >= edges[k] && probability < edges[k + 1])
+                    bins[k].add(is_truth);
         }
-        fmt::print("| {} | {:.3f} |", temperature, score / std::max(scored, 1));
-        for (const Rate& bin : bins)
-            fmt::print(" {} |", bin.text());
-        fmt::print("\n");
+        log_score += std::log(std::max(of_truth, 1e-3));
+        ++scored;
     }
+    fmt::print("\n| probability | explanations that are the truth |\n|---|---|\n");
+    for (std::size_t k = 0; k < bins.size(); ++k)
+        fmt::print("| {:.2f}-{:.2f} | {} |\n", edges[k], std::min(edges[k + 1], 1.0),
+                   bins[k].text());
+    fmt::print("\nmean log probability of the truth: {:.3f}\nBrier's score: {:.3f}\n",
+               log_score / std::max(scored, 1), brier / std::max(scored, 1));
+}
+
+/// The rate with the upper end of its one-sided 95 % interval (Clopper & Pearson 1934).
+std::string bounded(const Rate& rate) {
+    const double bound =
+        rate.of == 0
+            ? 1.0
+            : boost::math::binomial_distribution<>::find_upper_bound_on_p(rate.of, rate.hits, 0.05);
+    return fmt::format("{}, with 95 % confidence at most {:.1f} %", rate.text(), 100.0 * bound);
+}
+
+bool is_clearly_visible(const json& hidden) {
+    return hidden["is_material"] &&
+           std::hypot(1.0, hidden["over_noise"].get<double>()) >= clearly_visible;
 }
 
 void print_summary(const json& cases) {
     std::map<std::string, std::map<std::string, int>> grades;
-    Rate false_names, wrong, held, visible, covered;
+    Rate wrong, held, visible, covered, failed;
     std::vector<double> seconds;
     for (const json& each : cases) {
         const std::string grade = each["grade"];
         ++grades[each["kind"]][grade];
         seconds.push_back(each["seconds"]);
-        (each["kind"] == "null" ? false_names : wrong).add(grade == "wrong");
-        held.add(grade == "right" || grade == "tie");
+        wrong.add(grade == "wrong");
+        failed.add(grade == "failed");
+        if (each["kind"] != "unknown")
+            held.add(grade == "right" || grade == "tie");
         for (const json& hidden : each["hidden"])
-            if (each["kind"] != "unknown" &&
-                std::hypot(1.0, hidden["over_noise"].get<double>()) >= clearly_visible)
+            if (each["kind"] != "unknown" && is_clearly_visible(hidden))
                 visible.add(hidden["is_named"]);
         for (const json& size : each.value("sizes", json::array()))
             covered.add(std::abs(size["value"].get<double>() - size["truth"].get<double>()) <=
                         size["half_width"]);
     }
-    fmt::print("\n");
+    fmt::print("\n{} recordings\n", cases.size());
     for (const auto& [kind, counts] : grades) {
         fmt::print("{}:", kind);
         for (const auto& [grade, count] : counts)
@@ -278,54 +299,47 @@ void print_summary(const json& cases) {
         fmt::print("\n");
     }
     std::ranges::sort(seconds);
-    fmt::print("false names without an effect: {}\n"
-               "wrong family or absent effect: {}\n"
+    fmt::print("wrong names:                   {}\n"
                "truth in the set:              {}\n"
                "named from {} x noise on:     {}\n"
+               "without an answer:             {}\n"
                "95 % intervals that cover:     {}\n"
                "seconds on one core:           median {:.1f}, longest {:.1f}\n",
-               false_names.text(), wrong.text(), held.text(), clearly_visible, visible.text(),
+               bounded(wrong), held.text(), clearly_visible, visible.text(), failed.text(),
                covered.text(), seconds[seconds.size() / 2], seconds.back());
     print_reliability(cases);
 }
 
-void diagnose_all(std::uint64_t seed, std::size_t count, const std::string& file, double limit_s) {
+void diagnose_all(const std::string& half, const std::string& file, double limit_s) {
     const auto start = std::chrono::steady_clock::now();
     bench::ResultFile results(file);
-    const std::vector<json> keys = bench::decision_keys(seed, count);
-    results.add(keys, case_of, print_case, [=] { return seconds_since(start) < limit_s; });
-    if (results.cases().size() >= keys.size())
+    results.add(bench::decision_keys(half), case_of, print_case,
+                [=] { return seconds_since(start) < limit_s; });
+    if (!results.cases().empty())
         print_summary(results.cases());
-    else
-        fmt::print("{} of {} recordings\n", results.cases().size(), keys.size());
 }
 
-void write_case(std::uint64_t seed, const std::string& kind, std::uint64_t number,
+void write_case(const std::string& half, const std::string& kind, std::uint64_t number,
                 const std::filesystem::path& folder) {
-    const bench::DecisionCase drawn =
-        bench::decision_case({{"seed", seed}, {"kind", kind}, {"number", number}});
-    for (const measure::Measurement& recording : drawn.recordings)
-        measure::write_measurement(folder / recording.stem.id, recording);
-}
-
-std::uint64_t whole(const char* text) {
-    return std::strtoull(text, nullptr, 10);
+    measure::write_measurement(
+        folder,
+        bench::decision_case({{"half", half}, {"kind", kind}, {"number", number}}).recording);
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-    const bool writes = argc > 1 && std::string(argv[1]) == "--write";
-    if (argc < (writes ? 6 : 4)) {
-        fmt::print(stderr, "usage: bench_decision SEED COUNT FILE [SECONDS]\n"
-                           "       bench_decision --write SEED KIND NUMBER FOLDER\n");
+    const std::vector<std::string> words(argv + 1, argv + argc);
+    const bool writes = !words.empty() && words.front() == "--write";
+    if (words.size() < (writes ? 5 : 2)) {
+        fmt::print(stderr, "usage: bench_decision tuning|judging FILE [SECONDS]\n"
+                           "       bench_decision --write tuning|judging KIND NUMBER FOLDER\n");
         return 2;
     }
     return bench::run_program([&] {
         if (writes)
-            write_case(whole(argv[2]), argv[3], whole(argv[4]), argv[5]);
+            write_case(words[1], words[2], std::stoull(words[3]), words[4]);
         else
-            diagnose_all(whole(argv[1]), whole(argv[2]), argv[3],
-                         argc > 4 ? std::atof(argv[4]) : HUGE_VAL);
+            diagnose_all(words[0], words[1], words.size() > 2 ? std::stod(words[2]) : HUGE_VAL);
     });
 }

@@ -9,9 +9,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <cstdint>
+#include <numbers>
 #include <random>
 #include <stdexcept>
-#include <string_view>
 #include <utility>
 
 #include <fmt/core.h>
@@ -21,74 +23,96 @@ namespace {
 
 using nlohmann::json;
 
-/// Kinds and how many of 60 recordings are of each.
-constexpr std::array<std::pair<std::string_view, std::size_t>, 5> kinds{
-    {{"null", 20}, {"single", 20}, {"pair", 8}, {"loaded", 6}, {"unknown", 6}}};
-constexpr std::size_t kinds_total = 60;
-/// Known mass, as a share of the stem's own mass.
-constexpr double known_mass = 0.6;
+/// Kinds and how many recordings of a half are of each.
+constexpr std::array<std::pair<std::string_view, std::uint64_t>, 4> kinds{
+    {{"null", 50}, {"single", 60}, {"pair", 25}, {"unknown", 15}}};
 
-beam::RecordingSpec drawn_spec(const json& key) {
-    const std::uint64_t seed = key.at("seed");
-    const std::uint64_t number = key.at("number");
-    const std::string kind = key.at("kind");
-    if (kind != "loaded")
-        return beam::random_case(seed, beam::case_kind(kind), number).spec;
-    // All effects of the library except the mass, which is known here; 5 is prime to their number,
-    // so that few recordings show unlike effects.
-    beam::RecordingSpec spec =
-        beam::random_case(seed, beam::CaseKind::Null, 1'000'000 + number).spec;
-    std::vector<std::string> names = beam::library_effects();
-    std::erase(names, "tip_mass");
-    beam::Dice dice({seed, beam::RandomUse::CaseDraw, 1, number});
-    spec.effects = {beam::random_effect(
-        names[5 * number % names.size()],
-        {spec.stem, spec.tip_deflection, spec.hold_time, spec.gravity_direction}, dice)};
-    return spec;
+/// Numbers of eight whose noise is of one of these families; that of the others is autoregressive.
+constexpr std::array<std::string_view, 3> other_noise{"student", "outliers", "quantised"};
+constexpr std::uint64_t noise_cycle = 8;
+
+std::uint64_t seed_of(std::string_view half) {
+    if (half == "tuning")
+        return 2026;
+    if (half == "judging")
+        return 7130;
+    throw std::invalid_argument(fmt::format("{} is no half: tuning or judging", half));
+}
+
+beam::LawErrors law_errors(const beam::RecordingSpec& spec, std::uint64_t seed,
+                           std::uint64_t stream) {
+    beam::Dice dice({seed, beam::RandomUse::CaseDraw, 0, stream << 8U});
+    beam::LawErrors errors;
+    errors.second_frequency_share = dice.between(-0.02, 0.02);
+    errors.second_loss_ratio = dice.log_between(1.0 / 1.5, 1.5);
+    errors.drag_exponent = dice.between(1.6, 2.1);
+    // The mean speed of the stem, about half of the tip's rms speed.
+    errors.drag_speed =
+        0.35 * 2.0 * std::numbers::pi * spec.stem.first_frequency() * spec.tip_deflection;
+    errors.clamp_loss_factor = dice.between(0.0, 0.1);
+    const int times = dice.whole(2, 3);
+    double total = 0.0;
+    for (int k = 0; k < times; ++k) {
+        errors.relaxation.push_back(
+            {dice.between(0.3, 1.0), std::pow(10.0, static_cast<double>(k) / (times - 1) - 0.5)});
+        total += errors.relaxation.back().share;
+    }
+    for (beam::RelaxationPart& part : errors.relaxation)
+        part.share /= total;
+    return errors;
+}
+
+void add_noise(double size, std::uint64_t seed, std::uint64_t number, std::string_view kind,
+               measure::Measurement& measurement) {
+    std::mt19937_64 dice = dice_for(seed, number, kind);
+    std::uniform_real_distribution<double> share;
+    const double correlation = 0.9 * share(dice);
+    const bool is_common = share(dice) < 0.5;
+    const std::uint64_t family = number % noise_cycle;
+    if (family < other_noise.size())
+        Noise(std::string(other_noise[family]), dice()).add(size, measurement);
+    else
+        Noise({correlation, is_common}, dice()).add(size, measurement);
 }
 
 } // namespace
 
-std::vector<json> decision_keys(std::uint64_t seed, std::size_t count) {
-    std::vector<json> keys;
-    for (const auto& [kind, share] : kinds)
-        for (std::uint64_t number = 0; number * kinds_total < share * count; ++number)
-            keys.push_back({{"seed", seed}, {"kind", kind}, {"number", number}});
-    return keys;
+std::vector<json> decision_keys(std::string_view half) {
+    static_cast<void>(seed_of(half));
+    std::vector<std::pair<double, json>> keys;
+    for (const auto& [kind, count] : kinds)
+        for (std::uint64_t number = 0; number < count; ++number)
+            keys.emplace_back((static_cast<double>(number) + 0.5) / static_cast<double>(count),
+                              json{{"half", half}, {"kind", kind}, {"number", number}});
+    std::ranges::stable_sort(keys, {}, &std::pair<double, json>::first);
+    std::vector<json> sorted;
+    for (auto& [place, key] : keys)
+        sorted.push_back(std::move(key));
+    return sorted;
 }
 
 DecisionCase decision_case(const json& key) {
-    const std::uint64_t seed = key.at("seed");
     const std::uint64_t number = key.at("number");
     const std::string kind = key.at("kind");
-    beam::RecordingSpec spec = drawn_spec(key);
+    const std::uint64_t seed = seed_of(key.at("half").get<std::string>());
+    beam::RandomCase drawn = beam::random_case(seed, beam::case_kind(kind), number);
+    beam::RecordingSpec& spec = drawn.spec;
     const double noise = std::exchange(spec.errors, {}).noise;
-    const std::size_t family = number % (noise_families.size() + 1);
-    const std::string owner(1, 'A');
-    DecisionCase out;
-    out.hidden = spec.effects;
-    for (int k = 0; k < (kind == "loaded" ? 2 : 1); ++k) {
-        const double mass = known_mass * spec.stem.mass_per_length() * spec.stem.length;
-        spec.id = fmt::format("{}", k == 0 ? "bare" : "loaded");
-        if (k == 1) {
-            spec.effects.push_back({"tip_mass", {{"mass_kg", mass}}});
-            spec.duration *= 1.5;
-        }
-        measure::Measurement measurement = beam::record(spec);
-        measurement.noise = noise;
-        measurement.specimen = owner;
-        measurement.rig = owner;
-        if (k == 1)
-            measurement.stem.added_masses = {{spec.stem.length, mass, {}}};
-        out.exact.push_back(measurement);
-        std::mt19937_64 dice = dice_for(seed, number, fmt::format("{} {}", kind, k));
-        Noise(family == 0 ? "white" : std::string(noise_families[family - 1]), dice())
-            .add(noise, measurement);
-        out.recordings.push_back(
-            misstated(std::move(measurement), [=](const fit::StatedInput& input) {
-                return normal_error(input.name, seed, number);
-            }));
-    }
+    spec.law_errors = law_errors(spec, seed, 8 * number + static_cast<std::uint64_t>(drawn.kind));
+    spec.id = "stem";
+    DecisionCase out{spec.effects, beam::record(spec), {}, {}};
+    spec.law_errors.second_frequency_share = 0.0;
+    const double loss = std::exchange(spec.law_errors.second_loss_ratio, 1.0);
+    out.exact = beam::record(spec);
+    spec.law_errors.second_loss_ratio = loss;
+    spec.effects.clear();
+    out.lossy = beam::record(spec);
+    for (measure::Measurement* each : {&out.recording, &out.exact, &out.lossy})
+        each->noise = noise;
+    add_noise(noise, seed, number, kind, out.recording);
+    out.recording = misstated(std::move(out.recording), [=](const fit::StatedInput& input) {
+        return normal_error(input.name, seed, number);
+    });
     return out;
 }
 

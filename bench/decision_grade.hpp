@@ -3,11 +3,17 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include <nlohmann/json.hpp>
 
 namespace culm::bench {
+
+[[nodiscard]] bool is_in_library(const std::string& effect);
+
+/// Stands for a second mode whose loss is not that of the material: named as material damping.
+inline constexpr std::string_view second_loss = "loss of the second mode";
 
 /// A hidden effect, and the rms residual of an exact recording without it, over the noise.
 struct HiddenTruth {
@@ -38,8 +44,9 @@ struct Answered {
 /// "right": the truth is named, or nothing if nothing is material; "tie": several explanations,
 /// including the truth; "partly": some of the hidden effects and no other; "silent": nothing
 /// although an effect is material; "unknown"; "wrong": an effect or family that is not hidden, or
-/// only explanations that are not the truth; "failed". A law that the library lacks is rightly
-/// called unknown; or, where its family has general laws, by one of these or an open family.
+/// only explanations that are not the truth; "failed". The laws of air and of material damping are
+/// never exactly those of the library, so that any law of the family is right. A law that the
+/// library lacks is rightly called unknown, or by its family.
 [[nodiscard]] std::string grade(const Answered& answer, const std::vector<HiddenTruth>& hidden);
 
 void to_json(nlohmann::json& json, const NamedEffects& named);

@@ -31,15 +31,26 @@ inline constexpr std::array<std::string_view, 7> noise_families{
 /// * quantised: white, and readings are multiples of twice the size.
 class Noise {
   public:
-    Noise(std::string family, std::uint64_t number) : family_(std::move(family)), dice_(number) {}
+    Noise(std::string family, std::uint64_t number)
+        : Noise({family.starts_with("ar05")   ? 0.5
+                 : family.starts_with("ar09") ? 0.9
+                                              : 0.0,
+                 family.ends_with("_common")},
+                number) {
+        family_ = std::move(family);
+    }
+
+    /// An autoregression of any correlation from 0 to less than 1.
+    struct Autoregression {
+        double correlation = 0.0;
+        bool is_common = false; ///< half of the variance is one series that all rows share
+    };
+    Noise(Autoregression series, std::uint64_t number) : series_(series), dice_(number) {}
 
     /// Adds errors of standard deviation `size`, m, to the readings.
     void add(double size, measure::Measurement& measurement) {
         const std::size_t rows = measurement.heights.size();
-        const double correlation = family_.starts_with("ar05")   ? 0.5
-                                   : family_.starts_with("ar09") ? 0.9
-                                                                 : 0.0;
-        const bool is_common = family_.ends_with("_common");
+        const double correlation = series_.correlation;
         std::vector<double> state(rows + 1);
         for (double& each : state)
             each = normal_(dice_);
@@ -50,8 +61,8 @@ class Noise {
             for (std::size_t j = 0; j < rows; ++j) {
                 double& reading = measurement.deflections[i * rows + j];
                 // Half of the variance is common.
-                reading += size * (is_common ? std::sqrt(0.5) * (state[j] + state[rows])
-                                             : scattered(state[j]));
+                reading += size * (series_.is_common ? std::sqrt(0.5) * (state[j] + state[rows])
+                                                     : scattered(state[j]));
                 if (family_ == "quantised")
                     reading = 2.0 * size * std::round(reading / (2.0 * size));
             }
@@ -71,6 +82,7 @@ class Noise {
         return value;
     }
 
+    Autoregression series_;
     std::string family_;
     std::mt19937_64 dice_;
     std::normal_distribution<double> normal_;

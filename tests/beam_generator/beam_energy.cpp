@@ -35,9 +35,14 @@ MatrixXd BeamModel::damping_matrix(double branch_step, const VectorXd& q) const 
                               (rigidity_.array() * grid_.weight.array());
     const VectorXd drag = terms_.linear_drag * grid_.weight;
     const MatrixXd shapes = grid_.deflection.topRows(grid_.points());
-    return for_every_field(grid_.curvature.transpose() * weighted.asDiagonal() * grid_.curvature +
-                               shapes.transpose() * drag.asDiagonal() * shapes,
-                           fields());
+    MatrixXd block = grid_.curvature.transpose() * weighted.asDiagonal() * grid_.curvature +
+                     shapes.transpose() * drag.asDiagonal() * shapes;
+    if (second_mode_.size() > 0)
+        block += second_damping_ * second_mode_ * second_mode_.transpose();
+    MatrixXd damping = for_every_field(block, fields());
+    if (terms_.clamp)
+        damping(0, 0) += terms_.clamp->damping;
+    return damping;
 }
 
 MatrixXd BeamModel::stiffness_matrix() const {
@@ -61,6 +66,9 @@ MatrixXd BeamModel::stiffness_matrix() const {
         add_clamp(1e-6 * unit, clamp);
         stiffness.col(k) += 1e6 * clamp;
     }
+    if (second_mode_.size() > 0)
+        stiffness +=
+            for_every_field(second_stiffness_ * second_mode_ * second_mode_.transpose(), fields());
     return stiffness;
 }
 
@@ -84,6 +92,10 @@ double BeamModel::energy(const VectorXd& q, const VectorXd& v) const {
     const VectorXd shortening = grid_.integral * (1.0 - at.cosine.array()).matrix();
     energy += terms_.axial_gravity * point_mass_.dot(shortening);
     energy -= terms_.transverse_gravity * point_mass_.dot(field_rows(q, grid_.deflection).col(0));
+    for (Index f = 0; f < fields() && second_mode_.size() > 0; ++f)
+        energy +=
+            0.5 * second_stiffness_ *
+            std::pow(second_mode_.dot(q.segment(f * grid_.functions(), grid_.functions())), 2);
     if (terms_.clamp)
         energy += 0.5 * terms_.clamp->stiffness * std::pow(std::asin(q[0]), 2);
     return energy;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <numbers>
 
+#include <Eigen/Eigenvalues>
+
 namespace culm::beam {
 
 using Eigen::Index;
@@ -65,6 +67,20 @@ BeamModel::BeamModel(const BeamStem& stem, const BeamTerms& terms)
       rigidity_(rigidities(stem, terms, grid_)), point_mass_(weighted_masses(stem, terms, grid_)),
       curved_at_rest_(rest_curvature(terms, grid_)) {
     add_point_laws();
+    if (terms_.second_mode)
+        add_second_mode();
+}
+
+void BeamModel::add_second_mode() {
+    const Index n = grid_.functions();
+    const MatrixXd mass = mass_matrix().topLeftCorner(n, n);
+    const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> modes(
+        stiffness_matrix().topLeftCorner(n, n), mass);
+    const double omega_squared = modes.eigenvalues()[1];
+    second_stiffness_ =
+        omega_squared * (std::pow(1.0 + terms_.second_mode->frequency_share, 2) - 1.0);
+    second_damping_ = omega_squared * stem_.damping_time * (terms_.second_mode->loss_ratio - 1.0);
+    second_mode_ = mass * modes.eigenvectors().col(1);
 }
 
 MatrixXd BeamModel::field_rows(const VectorXd& coefficients, const MatrixXd& functions) const {
@@ -137,14 +153,17 @@ void BeamModel::add_inertia_and_loads(const Kinematics& at, const BeamState& sta
     VectorXd axial = grid_.integral * cosine_acceleration.matrix();
     axial.array() -= terms_.axial_gravity;
     axial.array() *= point_mass_.array();
-    if (terms_.linear_drag != 0.0 || terms_.quadratic_drag != 0.0 || terms_.cubic_drag != 0.0) {
+    if (terms_.linear_drag != 0.0 || terms_.quadratic_drag != 0.0 || terms_.cubic_drag != 0.0 ||
+        terms_.power_drag) {
         const Eigen::ArrayXd speed =
             (lateral_velocity.rowwise().squaredNorm().array() + axial_velocity.array().square())
                 .sqrt()
                 .head(grid_.points());
-        const Eigen::ArrayXd drag =
-            grid_.weight.array() *
-            (terms_.linear_drag + (terms_.quadratic_drag + terms_.cubic_drag * speed) * speed);
+        Eigen::ArrayXd drag =
+            terms_.linear_drag + (terms_.quadratic_drag + terms_.cubic_drag * speed) * speed;
+        if (terms_.power_drag)
+            drag += terms_.power_drag->coefficient * speed.pow(terms_.power_drag->exponent - 1.0);
+        drag *= grid_.weight.array();
         lateral.topRows(grid_.points()).array() +=
             lateral_velocity.topRows(grid_.points()).array().colwise() * drag;
         axial.head(grid_.points()).array() += axial_velocity.head(grid_.points()).array() * drag;
@@ -216,6 +235,15 @@ VectorXd BeamModel::out_of_balance(const BeamState& state, double finger,
     }
     add_bending(bent, moments, sum);
     add_clamp(state.q, sum);
+    if (terms_.clamp)
+        sum[0] += terms_.clamp->damping * state.v[0] / (1.0 - state.q[0] * state.q[0]);
+    for (Index f = 0; f < fields() && second_mode_.size() > 0; ++f) {
+        const auto part = [&](const VectorXd& all) {
+            return second_mode_.dot(all.segment(f * grid_.functions(), grid_.functions()));
+        };
+        sum.segment(f * grid_.functions(), grid_.functions()) +=
+            (second_stiffness_ * part(state.q) + second_damping_ * part(state.v)) * second_mode_;
+    }
     return sum;
 }
 

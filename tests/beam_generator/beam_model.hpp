@@ -107,6 +107,7 @@ class BeamModel {
                      Eigen::VectorXd& sum) const;
     void add_clamp(const Eigen::VectorXd& q, Eigen::VectorXd& sum) const;
     void add_point_laws();
+    void add_second_mode();
 
     BeamStem stem_;
     BeamTerms terms_;
@@ -115,6 +116,11 @@ class BeamModel {
     Eigen::VectorXd point_mass_;     ///< (P + 1), weighted; the last one is the tip's, kg
     Eigen::VectorXd curved_at_rest_; ///< (P), 1/m
     std::vector<PointLaw> point_laws_;
+    /// A spring and a dashpot on m = Mφ, φ the second mode of norm φᵀMφ = 1: forces −m (k mᵀq +
+    /// c mᵀv) in each field. Empty without BeamTerms::second_mode.
+    Eigen::VectorXd second_mode_;
+    double second_stiffness_ = 0.0; ///< k, 1/s²
+    double second_damping_ = 0.0;   ///< c, 1/s
 };
 
 } // namespace culm::beam

@@ -21,11 +21,24 @@ struct RelaxingBranch {
     double held_share = 0.0; ///< share of g E I κ that remains at the release
 };
 
-/// Moment on the beam's first cross-section: −k θ − M tanh(θ̇/ω_r).
+/// Moment on the beam's first cross-section: −k θ − c θ̇ − M tanh(θ̇/ω_r).
 struct TurningClamp {
     double stiffness = 0.0;       ///< k, N m/rad
     double friction_moment = 0.0; ///< M, N m
     double friction_rate = 0.05;  ///< ω_r, rad/s
+    double damping = 0.0;         ///< c, N m s/rad
+};
+
+/// Force per length c |v|ᵖ⁻¹ v.
+struct PowerDrag {
+    double coefficient = 0.0; ///< c, N sᵖ/m¹⁺ᵖ
+    double exponent = 2.0;    ///< p > 1
+};
+
+/// A spring and a dashpot that act on the second mode alone.
+struct SecondMode {
+    double frequency_share = 0.0; ///< by which its natural frequency is larger
+    double loss_ratio = 1.0;      ///< of its internal damping to that of the material
 };
 
 /// The support moves by a sin(2πft + φ).
@@ -71,11 +84,13 @@ struct BeamTerms {
     std::vector<RelaxingBranch> branches;
     double curvature_damping = 0.0; ///< δ of M = E I δ κ² κ̇, m² s
     std::optional<TurningClamp> clamp;
+    std::optional<SecondMode> second_mode;
 
     double linear_drag = 0.0;    ///< force per length over speed, N s/m²
     double quadratic_drag = 0.0; ///< N s²/m³
     double cubic_drag = 0.0;     ///< N s³/m⁴
-    double axial_gravity = 0.0;  ///< m/s², positive away from the clamp
+    std::optional<PowerDrag> power_drag;
+    double axial_gravity = 0.0; ///< m/s², positive away from the clamp
     double transverse_gravity = 0.0;
     double tip_mass = 0.0; ///< kg
     std::optional<SupportVibration> support;

@@ -68,6 +68,15 @@ TEST(Beam, HasTheFrequenciesOfChunInAYieldingClamp) {
     EXPECT_NEAR(found[1], root_between(characteristic, 4.0, 4.694), frequency_tolerance);
 }
 
+TEST(Beam, HasASecondModeOfAnotherFrequency) {
+    BeamTerms terms;
+    terms.second_mode = SecondMode{.frequency_share = -0.02, .loss_ratio = 1.3};
+    const Eigen::VectorXd found = arguments(BeamModel(BeamStem{}, terms));
+    EXPECT_NEAR(found[0], 1.8751040687119611, frequency_tolerance);
+    EXPECT_NEAR(found[1], 4.6940911329741746 * std::sqrt(0.98), frequency_tolerance);
+    EXPECT_NEAR(found[2], 7.8547574382376126, frequency_tolerance);
+}
+
 TEST(Beam, HasTwoFrequenciesInItsPrincipalPlanes) {
     BeamTerms terms;
     terms.is_spatial = true;

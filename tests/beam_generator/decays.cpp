@@ -13,27 +13,27 @@
 namespace culm::beam {
 namespace {
 
-/// The first mode, with a tip deflection of 1.
-struct FirstMode {
+/// A mode, with a tip deflection of 1.
+struct Mode {
     Eigen::VectorXd shape;
     double omega = 0.0;
     double mass = 0.0;
     Eigen::VectorXd projector; ///< coordinates to the mode's amplitude
 
-    explicit FirstMode(const BeamModel& model) {
+    explicit Mode(const BeamModel& model, Eigen::Index place = 0) {
         const Eigen::MatrixXd inertia = model.mass_matrix();
         const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(
             model.stiffness_matrix(), inertia);
-        omega = std::sqrt(solver.eigenvalues()[0]);
-        shape = solver.eigenvectors().col(0);
+        omega = std::sqrt(solver.eigenvalues()[place]);
+        shape = solver.eigenvectors().col(place);
         shape /= model.finger_direction().dot(shape);
         mass = shape.dot(inertia * shape);
         projector = inertia * shape / mass;
     }
 };
 
-/// Amplitudes of mode 1 at the turning points on the side of the pull, the release excepted.
-std::vector<double> turning_points(const BeamMotion& motion, const FirstMode& mode) {
+/// Amplitudes of the mode at the turning points on the side of the pull, the release excepted.
+std::vector<double> turning_points(const BeamMotion& motion, const Mode& mode) {
     std::vector<double> amplitudes;
     for (std::size_t k = 1; k + 1 < motion.q.size(); ++k) {
         const double before = mode.projector.dot(motion.q[k - 1]);
@@ -48,9 +48,8 @@ std::vector<double> turning_points(const BeamMotion& motion, const FirstMode& mo
     return amplitudes;
 }
 
-/// Releases the shape of mode 1 alone, because the formulas neglect mode 2.
-BeamMotion released(const BeamModel& model, const FirstMode& mode, double amplitude,
-                    double duration) {
+/// Releases the shape of the mode alone, because the formulas neglect the others.
+BeamMotion released(const BeamModel& model, const Mode& mode, double amplitude, double duration) {
     return release(model, {amplitude * mode.shape, 0.0}, duration, default_step(model));
 }
 
@@ -60,23 +59,59 @@ BeamStem undamped() {
     return stem;
 }
 
+/// Logarithmic decrement of a mode that is released alone with a small amplitude.
+double measured_decrement(const BeamModel& model, const Mode& mode, double duration) {
+    const auto peaks = turning_points(released(model, mode, 1e-4, duration), mode);
+    EXPECT_GT(peaks.size(), 9u);
+    return std::log(peaks.at(1) / peaks.at(7)) / 6.0;
+}
+
+double decrement_of(double zeta) {
+    return 2.0 * std::numbers::pi * zeta / std::sqrt(1.0 - zeta * zeta);
+}
+
 TEST(Decay, IsExponentialWithInternalDamping) {
     const BeamStem stem;
     const BeamModel model(stem, {});
-    const FirstMode mode(model);
-    const auto peaks = turning_points(released(model, mode, 1e-3, 0.2), mode);
-    ASSERT_GT(peaks.size(), 10u);
+    const Mode mode(model);
     // ζ = ½ ω τ; small swings, so only the integrator and the parabola have errors.
-    const double zeta = 0.5 * mode.omega * stem.damping_time;
-    const double decrement = 2.0 * std::numbers::pi * zeta / std::sqrt(1.0 - zeta * zeta);
-    EXPECT_NEAR(std::log(peaks[1] / peaks[9]) / 8.0 / decrement, 1.0, 1e-3);
+    EXPECT_NEAR(measured_decrement(model, mode, 0.2) /
+                    decrement_of(0.5 * mode.omega * stem.damping_time),
+                1.0, 1e-3);
+}
+
+TEST(Decay, OfTheSecondModeHasItsOwnLoss) {
+    const BeamStem stem;
+    BeamTerms terms;
+    terms.second_mode = SecondMode{.frequency_share = 0.02, .loss_ratio = 0.7};
+    const BeamModel model(stem, terms);
+    const Mode mode(model, 1);
+    const double omega = Mode(BeamModel(stem, {}), 1).omega;
+    // A period has fewer steps of the integrator than one of mode 1.
+    EXPECT_NEAR(measured_decrement(model, mode, 0.05) /
+                    decrement_of(0.5 * 0.7 * omega * stem.damping_time / 1.02),
+                1.0, 0.01);
+    EXPECT_NEAR(measured_decrement(model, Mode(model), 0.2) /
+                    decrement_of(0.5 * Mode(model).omega * stem.damping_time),
+                1.0, 1e-3);
+}
+
+TEST(Decay, IsExponentialWithALossyClamp) {
+    const BeamStem stem = undamped();
+    BeamTerms terms;
+    terms.clamp = TurningClamp{.stiffness = 20.0 * stem.rigidity() / stem.length, .damping = 2e-5};
+    const BeamModel model(stem, terms);
+    const Mode mode(model);
+    // 2 ζ ω M = c θ², with the clamp's rotation θ for a tip deflection of 1.
+    const double zeta = 2e-5 * std::pow(mode.shape[0], 2) / (2.0 * mode.omega * mode.mass);
+    EXPECT_NEAR(measured_decrement(model, mode, 0.2) / decrement_of(zeta), 1.0, 5e-3);
 }
 
 TEST(Decay, IsHyperbolicWithQuadraticDrag) {
     BeamTerms terms;
     terms.quadratic_drag = 5e-3;
     const BeamModel model(undamped(), terms);
-    const FirstMode mode(model);
+    const Mode mode(model);
     const auto peaks = turning_points(released(model, mode, 10e-3, 0.3), mode);
     ASSERT_GT(peaks.size(), 20u);
     // The power of −c |v| v per length over a cycle: dA/dt = −(4/3π) (ω c ∫|φ|³ ds/M) A².
@@ -92,6 +127,22 @@ TEST(Decay, IsHyperbolicWithQuadraticDrag) {
     EXPECT_NEAR(late / early, 1.0, 0.01);
 }
 
+TEST(Decay, FollowsThePowerOfTheDrag) {
+    constexpr double exponent = 1.6;
+    BeamTerms terms;
+    terms.power_drag = PowerDrag{.coefficient = 5e-3, .exponent = exponent};
+    const BeamModel model(undamped(), terms);
+    const Mode mode(model);
+    const auto peaks = turning_points(released(model, mode, 10e-3, 0.3), mode);
+    ASSERT_GT(peaks.size(), 20u);
+    // dA/dt = −K Aᵖ, as for quadratic drag.
+    const auto steps = [&](std::size_t from, std::size_t to) {
+        return std::pow(peaks[to], 1.0 - exponent) - std::pow(peaks[from], 1.0 - exponent);
+    };
+    EXPECT_NEAR(steps(10, 19) / steps(1, 10), 1.0, 0.01);
+    EXPECT_GT(peaks[1] / peaks[19], 1.2);
+}
+
 TEST(Decay, IsLinearWithDryFriction) {
     const BeamStem stem = undamped();
     BeamTerms terms;
@@ -99,7 +150,7 @@ TEST(Decay, IsLinearWithDryFriction) {
                                .friction_moment = 1e-4,
                                .friction_rate = 0.01};
     const BeamModel model(stem, terms);
-    const FirstMode mode(model);
+    const Mode mode(model);
     const auto peaks = turning_points(released(model, mode, 10e-3, 0.2), mode);
     ASSERT_GT(peaks.size(), 10u);
     // A cycle loses 4 M_f Θ of ½ M ω² A², with the clamp's rotation Θ = θ_1 A.

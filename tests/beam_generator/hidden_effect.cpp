@@ -21,6 +21,7 @@ constexpr double segment_share = 0.03; // length of a weak segment over that of 
 
 struct Target {
     const BeamStem& stem;
+    const LawErrors& errors;
     HiddenPhysics& physics;
 
     [[nodiscard]] BeamTerms& terms() const { return physics.terms; }
@@ -34,9 +35,14 @@ struct KnownEffect {
 };
 
 void add_relaxation(const HiddenEffect& effect, const Target& to) {
-    const double time = effect.value("time_s");
-    to.terms().branches.push_back(
-        {effect.value("fraction"), time, std::exp(-effect.value("hold_time_s") / time)});
+    std::vector<RelaxationPart> parts = to.errors.relaxation;
+    if (parts.empty())
+        parts.emplace_back();
+    for (const RelaxationPart& part : parts) {
+        const double time = part.time_ratio * effect.value("time_s");
+        to.terms().branches.push_back({part.share * effect.value("fraction"), time,
+                                       std::exp(-effect.value("hold_time_s") / time)});
+    }
 }
 
 void add_hysteretic_damping(const HiddenEffect& effect, const Target& to) {
@@ -45,9 +51,28 @@ void add_hysteretic_damping(const HiddenEffect& effect, const Target& to) {
         to.terms().branches.push_back(branch);
 }
 
+/// A clamp of this stiffness, N m/rad.
+TurningClamp soft_clamp(double stiffness, const Target& to) {
+    const double omega = 2.0 * std::numbers::pi * to.stem.first_frequency();
+    return {.stiffness = stiffness, .damping = to.errors.clamp_loss_factor * stiffness / omega};
+}
+
 void add_clamp_friction(const HiddenEffect& effect, const Target& to) {
-    to.terms().clamp = TurningClamp{effect.value("stiffness_nm_rad"), effect.value("moment_nm"),
-                                    effect.value("rate_rad_s")};
+    TurningClamp clamp = soft_clamp(effect.value("stiffness_nm_rad"), to);
+    clamp.friction_moment = effect.value("moment_nm");
+    clamp.friction_rate = effect.value("rate_rad_s");
+    to.terms().clamp = clamp;
+}
+
+void add_quadratic_drag(const HiddenEffect& effect, const Target& to) {
+    const double coefficient =
+        0.5 * air_density * effect.value("drag_coefficient") * to.stem.diameter;
+    const double exponent = to.errors.drag_exponent;
+    if (exponent == 2.0)
+        to.terms().quadratic_drag = coefficient;
+    else
+        to.terms().power_drag = {coefficient * std::pow(to.errors.drag_speed, 2.0 - exponent),
+                                 exponent};
 }
 
 void add_out_of_plane(const HiddenEffect& effect, const Target& to) {
@@ -85,7 +110,7 @@ constexpr std::array library{
     KnownEffect{"relaxation", add_relaxation},
     KnownEffect{"clamp_compliance",
                 [](const HiddenEffect& effect, const Target& to) {
-                    to.terms().clamp = TurningClamp{.stiffness = effect.value("stiffness_nm_rad")};
+                    to.terms().clamp = soft_clamp(effect.value("stiffness_nm_rad"), to);
                 }},
     KnownEffect{"clamp_friction", add_clamp_friction},
     KnownEffect{"base_motion",
@@ -103,11 +128,7 @@ constexpr std::array library{
                 [](const HiddenEffect& effect, const Target& to) {
                     to.terms().tip_mass = effect.value("mass_kg");
                 }},
-    KnownEffect{"quadratic_drag",
-                [](const HiddenEffect& effect, const Target& to) {
-                    to.terms().quadratic_drag =
-                        0.5 * air_density * effect.value("drag_coefficient") * to.stem.diameter;
-                }},
+    KnownEffect{"quadratic_drag", add_quadratic_drag},
     KnownEffect{"viscous_drag",
                 [](const HiddenEffect& effect, const Target& to) {
                     to.terms().linear_drag = effect.value("coefficient_n_s_m2");
@@ -192,10 +213,14 @@ std::vector<std::string> outside_effects() {
     return names_of(outside);
 }
 
-HiddenPhysics hidden_physics(const BeamStem& stem, const std::vector<HiddenEffect>& effects) {
+HiddenPhysics hidden_physics(const BeamStem& stem, const std::vector<HiddenEffect>& effects,
+                             const LawErrors& errors) {
     HiddenPhysics physics;
+    if (errors.second_frequency_share != 0.0 || errors.second_loss_ratio != 1.0)
+        physics.terms.second_mode =
+            SecondMode{errors.second_frequency_share, errors.second_loss_ratio};
     for (const HiddenEffect& effect : effects)
-        adder_of(effect.name)(effect, {stem, physics});
+        adder_of(effect.name)(effect, {stem, errors, physics});
     return physics;
 }
 

@@ -4,6 +4,7 @@
 
 #include "beam_generator/beam_stem.hpp"
 #include "beam_generator/beam_terms.hpp"
+#include "beam_generator/law_errors.hpp"
 
 #include <string>
 #include <string_view>
@@ -43,6 +44,7 @@ struct HiddenPhysics {
 /// Beam and camera with these effects. Throws core::InputError for a name that is not one of the
 /// two lists.
 [[nodiscard]] HiddenPhysics hidden_physics(const BeamStem& stem,
-                                           const std::vector<HiddenEffect>& effects);
+                                           const std::vector<HiddenEffect>& effects,
+                                           const LawErrors& errors = {});
 
 } // namespace culm::beam

@@ -103,7 +103,7 @@ std::vector<double> even_heights(double length, int rows) {
 }
 
 std::vector<double> true_readings(const RecordingSpec& spec, const std::vector<double>& times) {
-    const HiddenPhysics physics = hidden_physics(spec.stem, spec.effects);
+    const HiddenPhysics physics = hidden_physics(spec.stem, spec.effects, spec.law_errors);
     const BeamModel model(spec.stem, physics.terms);
     const double last = times.empty() ? 0.0 : times.back();
     const BeamMotion motion =
@@ -129,7 +129,7 @@ std::vector<double> true_readings(const RecordingSpec& spec, const std::vector<d
 
 std::vector<std::vector<AxisPoint>> axis_positions(const RecordingSpec& spec,
                                                    const std::vector<double>& times, int points) {
-    const HiddenPhysics physics = hidden_physics(spec.stem, spec.effects);
+    const HiddenPhysics physics = hidden_physics(spec.stem, spec.effects, spec.law_errors);
     const BeamModel model(spec.stem, physics.terms);
     const BeamMotion motion = release(model, held_at_tip(model, spec.tip_deflection),
                                       std::max(times.back(), 0.0), default_step(model));

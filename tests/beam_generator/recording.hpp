@@ -30,6 +30,7 @@ struct RecordingSpec {
     BeamStem stem;
     double tip_deflection = 20e-3; ///< m
     std::vector<HiddenEffect> effects;
+    LawErrors law_errors;
     std::vector<double> heights; ///< of the image rows, m
     double frames_per_second = 1000.0;
     int frames_before = 6; ///< the release

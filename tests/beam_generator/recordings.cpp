@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -137,6 +138,37 @@ TEST(RandomCase, CanBeRecordedInEveryKind) {
                 EXPECT_FALSE(
                     std::isnan(measurement.deflection(frame, measurement.heights.size() - 1)));
         }
+}
+
+TEST(LawErrors, ChangeTheEffectThatTheyBelongTo) {
+    LawErrors errors;
+    errors.drag_exponent = 1.7;
+    errors.drag_speed = 2.0;
+    errors.clamp_loss_factor = 0.1;
+    errors.relaxation = {{0.6, 1.0}, {0.4, 5.0}};
+    const BeamStem stem;
+    const BeamTerms none = hidden_physics(stem, {}, errors).terms;
+    EXPECT_FALSE(none.power_drag || none.clamp || none.second_mode || !none.branches.empty());
+    const BeamTerms nominal =
+        hidden_physics(stem, {{"quadratic_drag", {{"drag_coefficient", 1.2}}}}).terms;
+    const BeamTerms terms =
+        hidden_physics(
+            stem,
+            {{"quadratic_drag", {{"drag_coefficient", 1.2}}},
+             {"clamp_compliance", {{"stiffness_nm_rad", 3.0}}},
+             {"relaxation", {{"fraction", 0.02}, {"time_s", 0.01}, {"hold_time_s", 0.1}}}},
+            errors)
+            .terms;
+    ASSERT_TRUE(terms.power_drag && terms.clamp);
+    EXPECT_EQ(terms.quadratic_drag, 0.0);
+    // The same force at the speed of 2 m/s.
+    EXPECT_NEAR(terms.power_drag->coefficient * std::pow(2.0, 1.7), 4.0 * nominal.quadratic_drag,
+                1e-12);
+    EXPECT_NEAR(terms.clamp->damping * 2.0 * std::numbers::pi * stem.first_frequency(), 0.3, 1e-12);
+    ASSERT_EQ(terms.branches.size(), 2u);
+    EXPECT_NEAR(terms.branches[0].fraction, 0.012, 1e-15);
+    EXPECT_NEAR(terms.branches[1].time, 0.05, 1e-15);
+    EXPECT_NEAR(terms.branches[1].held_share, std::exp(-2.0), 1e-12);
 }
 
 TEST(HiddenEffect, IsRefusedWithAnUnknownNameOrWithoutParameters) {
