@@ -72,7 +72,7 @@ void add_noise(double size, std::uint64_t seed, std::uint64_t number, std::strin
     if (family < other_noise.size())
         Noise(std::string(other_noise[family]), dice()).add(size, measurement);
     else
-        Noise({correlation, is_common}, dice()).add(size, measurement);
+        Noise(Noise::Autoregression{correlation, is_common}, dice()).add(size, measurement);
 }
 
 } // namespace

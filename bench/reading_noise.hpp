@@ -31,21 +31,21 @@ inline constexpr std::array<std::string_view, 7> noise_families{
 /// * quantised: white, and readings are multiples of twice the size.
 class Noise {
   public:
-    Noise(std::string family, std::uint64_t number)
-        : Noise({family.starts_with("ar05")   ? 0.5
-                 : family.starts_with("ar09") ? 0.9
-                                              : 0.0,
-                 family.ends_with("_common")},
-                number) {
-        family_ = std::move(family);
-    }
-
     /// An autoregression of any correlation from 0 to less than 1.
     struct Autoregression {
         double correlation = 0.0;
         bool is_common = false; ///< half of the variance is one series that all rows share
     };
     Noise(Autoregression series, std::uint64_t number) : series_(series), dice_(number) {}
+
+    Noise(const std::string& family, std::uint64_t number)
+        : Noise(Autoregression{.correlation = family.starts_with("ar05")   ? 0.5
+                                              : family.starts_with("ar09") ? 0.9
+                                                                           : 0.0,
+                               .is_common = family.ends_with("_common")},
+                number) {
+        family_ = family;
+    }
 
     /// Adds errors of standard deviation `size`, m, to the readings.
     void add(double size, measure::Measurement& measurement) {
