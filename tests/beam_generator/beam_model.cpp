@@ -68,10 +68,10 @@ BeamModel::BeamModel(const BeamStem& stem, const BeamTerms& terms)
       curved_at_rest_(rest_curvature(terms, grid_)) {
     add_point_laws();
     if (terms_.second_mode)
-        add_second_mode();
+        set_second_mode();
 }
 
-void BeamModel::add_second_mode() {
+void BeamModel::set_second_mode() {
     const Index n = grid_.functions();
     const MatrixXd mass = mass_matrix().topLeftCorner(n, n);
     const Eigen::GeneralizedSelfAdjointEigenSolver<MatrixXd> modes(
@@ -200,6 +200,16 @@ void BeamModel::add_clamp(const VectorXd& q, VectorXd& sum) const {
             rigid_clamp * stem_.rigidity() / stem_.length * q[grid_.functions()];
 }
 
+void BeamModel::add_second_mode(const VectorXd& q, const VectorXd& v, VectorXd& sum) const {
+    for (Index f = 0; f < fields() && second_mode_.size() > 0; ++f) {
+        const auto part = [&](const VectorXd& all) {
+            return second_mode_.dot(all.segment(f * grid_.functions(), grid_.functions()));
+        };
+        sum.segment(f * grid_.functions(), grid_.functions()) +=
+            (second_stiffness_ * part(q) + second_damping_ * part(v)) * second_mode_;
+    }
+}
+
 VectorXd BeamModel::out_of_balance(const BeamState& state, double finger,
                                    const BranchStep& branches, BranchMoments* rates) const {
     VectorXd sum = -finger * finger_direction();
@@ -237,13 +247,7 @@ VectorXd BeamModel::out_of_balance(const BeamState& state, double finger,
     add_clamp(state.q, sum);
     if (terms_.clamp)
         sum[0] += terms_.clamp->damping * state.v[0] / (1.0 - state.q[0] * state.q[0]);
-    for (Index f = 0; f < fields() && second_mode_.size() > 0; ++f) {
-        const auto part = [&](const VectorXd& all) {
-            return second_mode_.dot(all.segment(f * grid_.functions(), grid_.functions()));
-        };
-        sum.segment(f * grid_.functions(), grid_.functions()) +=
-            (second_stiffness_ * part(state.q) + second_damping_ * part(state.v)) * second_mode_;
-    }
+    add_second_mode(state.q, state.v, sum);
     return sum;
 }
 
@@ -264,7 +268,11 @@ VectorXd BeamModel::out_of_balance_at_rest(const VectorXd& q, double finger) con
     const BranchMoments held = held_branches(q);
     BeamState state{q, VectorXd::Zero(freedoms()), VectorXd::Zero(freedoms()), 0.0};
     VectorXd sum = out_of_balance(state, finger, {&held, 0.0});
-    // Neither a moving support nor dry friction belongs to rest.
+    // Neither a moving support nor dry friction nor the dispersion of the second mode belongs to
+    // rest.
+    VectorXd second = VectorXd::Zero(freedoms());
+    add_second_mode(q, VectorXd::Zero(freedoms()), second);
+    sum -= second;
     if (terms_.support)
         sum.head(grid_.functions()) -=
             grid_.deflection.transpose() * point_mass_ * support_acceleration(terms_.support, 0.0);

@@ -107,7 +107,9 @@ class BeamModel {
                      Eigen::VectorXd& sum) const;
     void add_clamp(const Eigen::VectorXd& q, Eigen::VectorXd& sum) const;
     void add_point_laws();
-    void add_second_mode();
+    void set_second_mode();
+    void add_second_mode(const Eigen::VectorXd& q, const Eigen::VectorXd& v,
+                         Eigen::VectorXd& sum) const;
 
     BeamStem stem_;
     BeamTerms terms_;

@@ -35,7 +35,8 @@ struct PowerDrag {
     double exponent = 2.0;    ///< p > 1
 };
 
-/// A spring and a dashpot that act on the second mode alone.
+/// A spring and a dashpot that act on the motion of the second mode alone, and not on the held
+/// stem: the dispersion of a material, whose static stiffness is another one.
 struct SecondMode {
     double frequency_share = 0.0; ///< by which its natural frequency is larger
     double loss_ratio = 1.0;      ///< of its internal damping to that of the material
