@@ -93,9 +93,7 @@ double BeamModel::energy(const VectorXd& q, const VectorXd& v) const {
     energy += terms_.axial_gravity * point_mass_.dot(shortening);
     energy -= terms_.transverse_gravity * point_mass_.dot(field_rows(q, grid_.deflection).col(0));
     for (Index f = 0; f < fields() && second_mode_.size() > 0; ++f)
-        energy +=
-            0.5 * second_stiffness_ *
-            std::pow(second_mode_.dot(q.segment(f * grid_.functions(), grid_.functions())), 2);
+        energy += 0.5 * second_stiffness_ * std::pow(second_coordinate(q, f), 2);
     if (terms_.clamp)
         energy += 0.5 * terms_.clamp->stiffness * std::pow(std::asin(q[0]), 2);
     return energy;

@@ -202,12 +202,14 @@ void BeamModel::add_clamp(const VectorXd& q, VectorXd& sum) const {
 
 void BeamModel::add_second_mode(const VectorXd& q, const VectorXd& v, VectorXd& sum) const {
     for (Index f = 0; f < fields() && second_mode_.size() > 0; ++f) {
-        const auto part = [&](const VectorXd& all) {
-            return second_mode_.dot(all.segment(f * grid_.functions(), grid_.functions()));
-        };
-        sum.segment(f * grid_.functions(), grid_.functions()) +=
-            (second_stiffness_ * part(q) + second_damping_ * part(v)) * second_mode_;
+        const double force =
+            second_stiffness_ * second_coordinate(q, f) + second_damping_ * second_coordinate(v, f);
+        sum.segment(f * grid_.functions(), grid_.functions()) += force * second_mode_;
     }
+}
+
+double BeamModel::second_coordinate(const VectorXd& all, Index field) const {
+    return second_mode_.dot(all.segment(field * grid_.functions(), grid_.functions()));
 }
 
 VectorXd BeamModel::out_of_balance(const BeamState& state, double finger,

@@ -108,6 +108,8 @@ class BeamModel {
     void add_clamp(const Eigen::VectorXd& q, Eigen::VectorXd& sum) const;
     void add_point_laws();
     void set_second_mode();
+    /// mᵀq or mᵀv of a field.
+    [[nodiscard]] double second_coordinate(const Eigen::VectorXd& all, Eigen::Index field) const;
     void add_second_mode(const Eigen::VectorXd& q, const Eigen::VectorXd& v,
                          Eigen::VectorXd& sum) const;
 

@@ -102,8 +102,8 @@ def precompile(folder: Path, compilers: list[Compiler], headers: set[str]) -> Pa
     common.write_text("".join(f"#include <{name}>\n"
                               for name in [*system, *sorted(headers.difference(system))]), "utf-8")
     arguments, directory = compilers[0]
-    flags = [word for option in options(arguments) for word in option
-             if all(option in options(others) for others, _ in compilers)]
+    common_options = set.intersection(*(set(options(each)) for each, _ in compilers))
+    flags = [word for option in options(arguments) if option in common_options for word in option]
     subprocess.run([*flags, "-O0", "-x", "c++-header", common, "-o", f"{common}.gch"],
                    cwd=directory, capture_output=True, check=False)
     return common
