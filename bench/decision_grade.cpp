@@ -12,19 +12,17 @@ bool is_in_library(const std::string& name) {
     return std::ranges::find(names, name) != names.end();
 }
 
-namespace {
-
-/// The family by which an effect is rightly named, whichever law is the likeliest; empty for an
-/// effect that is named by its law.
-std::string family_of(const std::string& hidden) {
-    if (hidden == "cubic_drag")
+std::string family_of(const std::string& effect) {
+    if (effect == "cubic_drag")
         return std::string(physics::to_string(physics::Family::Air));
-    if (hidden == "curvature_damping" || hidden == second_loss)
+    if (effect == "curvature_damping" || effect == second_loss)
         return std::string(physics::to_string(physics::Family::MaterialDamping));
     const physics::Family family =
-        is_in_library(hidden) ? physics::effect_named(hidden)->family() : physics::Family::Own;
+        is_in_library(effect) ? physics::effect_named(effect)->family() : physics::Family::Own;
     return physics::is_one_law(family) ? std::string(physics::to_string(family)) : std::string();
 }
+
+namespace {
 
 /// Is the law the effect, or a general one that contains it?
 bool covers(const std::string& law, const std::string& effect) {
@@ -33,17 +31,21 @@ bool covers(const std::string& law, const std::string& effect) {
            std::ranges::find(special, effect, &physics::SpecialCase::effect) != special.end();
 }
 
-bool stands_for(const NamedEffects& named, const std::string& hidden) {
-    if (const std::string family = family_of(hidden); !family.empty())
-        return named.family == family;
-    return std::ranges::any_of(named.members,
-                               [&](const auto& member) { return covers(member, hidden); });
+bool stands_for(const NamedEffects& named, const HiddenTruth& hidden) {
+    if (!hidden.family.empty())
+        return named.family == hidden.family;
+    if (is_in_library(hidden.effect))
+        return std::ranges::any_of(
+            named.members, [&](const auto& member) { return covers(member, hidden.effect); });
+    const bool is_open = named.members.size() > 1 ||
+                         !physics::effect_named(named.members.front())->special_cases().empty();
+    return named.family == family_of(hidden.effect) && is_open;
 }
 
 bool names_no_other(const AnswerSet& named, const std::vector<HiddenTruth>& hidden) {
     return std::ranges::all_of(named, [&](const NamedEffects& each) {
         return std::ranges::any_of(
-            hidden, [&](const HiddenTruth& truth) { return stands_for(each, truth.effect); });
+            hidden, [&](const HiddenTruth& truth) { return stands_for(each, truth); });
     });
 }
 
@@ -53,14 +55,14 @@ bool is_truth(const AnswerSet& named, const std::vector<HiddenTruth>& hidden) {
     return names_no_other(named, hidden) &&
            std::ranges::all_of(hidden, [&](const HiddenTruth& truth) {
                return !truth.is_material || std::ranges::any_of(named, [&](const auto& each) {
-                   return stands_for(each, truth.effect);
+                   return stands_for(each, truth);
                });
            });
 }
 
 bool is_named(const Answered& answer, const HiddenTruth& hidden) {
     return std::ranges::any_of(answer.certain,
-                               [&](const auto& each) { return stands_for(each, hidden.effect); });
+                               [&](const auto& each) { return stands_for(each, hidden); });
 }
 
 std::string grade(const Answered& answer, const std::vector<HiddenTruth>& hidden) {

@@ -15,11 +15,16 @@ namespace culm::bench {
 /// Stands for a second mode whose loss is not that of the material: named as material damping.
 inline constexpr std::string_view second_loss = "loss of the second mode";
 
+/// The family of an effect of air or of material damping; empty for the others.
+[[nodiscard]] std::string family_of(const std::string& effect);
+
 /// A hidden effect, and the rms residual of an exact recording without it, over the noise.
 struct HiddenTruth {
     std::string effect;
     double over_noise = 0.0;
     bool is_material = true; ///< by the rule of the posterior
+    /// By which it is rightly named, whichever law is the likeliest; empty: by its law.
+    std::string family = {};
 };
 
 /// Effects or families, "air: power_drag or viscous_drag", that explain a recording together.
@@ -44,9 +49,9 @@ struct Answered {
 /// "right": the truth is named, or nothing if nothing is material; "tie": several explanations,
 /// including the truth; "partly": some of the hidden effects and no other; "silent": nothing
 /// although an effect is material; "unknown"; "wrong": an effect or family that is not hidden, or
-/// only explanations that are not the truth; "failed". The laws of air and of material damping are
-/// never exactly those of the library, so that any law of the family is right. A law that the
-/// library lacks is rightly called unknown, or by its family.
+/// only explanations that are not the truth; "failed". A law that the
+/// library lacks is rightly called unknown; or, where its family has general laws, by one of these
+/// or an open family, or by HiddenTruth::family.
 [[nodiscard]] std::string grade(const Answered& answer, const std::vector<HiddenTruth>& hidden);
 
 void to_json(nlohmann::json& json, const NamedEffects& named);
