@@ -49,9 +49,9 @@ struct Answered {
 /// "right": the truth is named, or nothing if nothing is material; "tie": several explanations,
 /// including the truth; "partly": some of the hidden effects and no other; "silent": nothing
 /// although an effect is material; "unknown"; "wrong": an effect or family that is not hidden, or
-/// only explanations that are not the truth; "failed". A law that the
-/// library lacks is rightly called unknown; or, where its family has general laws, by one of these
-/// or an open family, or by HiddenTruth::family.
+/// only explanations that are not the truth; "failed". An effect that has a HiddenTruth::family is
+/// rightly named by any law of it. A law that the library lacks is rightly called unknown or named
+/// by its family: by a general law or by several laws.
 [[nodiscard]] std::string grade(const Answered& answer, const std::vector<HiddenTruth>& hidden);
 
 void to_json(nlohmann::json& json, const NamedEffects& named);
