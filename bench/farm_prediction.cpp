@@ -88,7 +88,7 @@ double opening_seconds(const DrawnStudy& study, int ranks) {
     const farm::Work work;
     const farm::FarmOptions options;
     const farm::MapCall call{
-        batches, farm::plan_order(batches), work, options, farm::digest(batches), 1, 0, ranks};
+        batches, farm::plan_order(batches), work, options, farm::digest(batches), 0, ranks};
     const bool is_dealt = !call.dealt_scheduler().held_by(0).empty();
     return is_dealt ? cpu_seconds() - start : 0.0;
 }
