@@ -35,7 +35,14 @@ template <class T>
 struct ItemOutcome {
     std::optional<T> value;
     std::string failure = {}; ///< why there is no value: the text of an exception
+    /// Of a NumericalError; empty: any other exception.
+    std::optional<FailureKind> kind = {};
 };
+
+template <class Wire, class T>
+void fields(Wire& wire, ItemOutcome<T>& outcome) {
+    wire(outcome.value, outcome.failure, outcome.kind);
+}
 
 /// Thrown by a map, on every rank, if a stop was requested before all items were computed.
 struct MapStopped {};
@@ -66,25 +73,30 @@ class ItemMap {
     outcomes(const std::vector<double>& costs, const Function& function,
              const std::type_identity_t<std::function<bool(const T&)>>& has_failed = {}) const {
         const EncodedWork work = [&](std::size_t item, const Heartbeat& heartbeat) -> EncodedValue {
-            const T value = function(item, heartbeat);
-            return {encoded(value), has_failed && has_failed(value)};
+            try {
+                const ItemOutcome<T> outcome{function(item, heartbeat)};
+                return {encoded(outcome), has_failed && has_failed(*outcome.value)};
+            } catch (const NumericalError& error) { // the same on every rank: it travels
+                return {encoded(ItemOutcome<T>{std::nullopt, error.what(), error.kind()}), true};
+            }
         };
         std::vector<ItemOutcome<T>> found;
         for (ItemOutcome<Bytes>& item : spread_ ? spread_(costs, work) : in_turn(costs, work))
-            found.push_back(
-                {item.value ? std::optional<T>(decoded<T>(*std::move(item.value))) : std::nullopt,
-                 std::move(item.failure)});
+            found.push_back(item.value ? decoded<ItemOutcome<T>>(*std::move(item.value))
+                                       : ItemOutcome<T>{std::nullopt, std::move(item.failure), {}});
         return found;
     }
 
-    /// The values alone. Throws std::runtime_error, on every rank, with the reason of the first
-    /// item that failed.
+    /// The values alone. Throws, on every rank, the reason of the first item that failed: its
+    /// NumericalError, or a std::runtime_error.
     template <class Function,
               class T = std::invoke_result_t<Function, std::size_t, const Heartbeat&>>
     [[nodiscard]] std::vector<T> values(const std::vector<double>& costs,
                                         const Function& function) const {
         std::vector<T> found;
         for (ItemOutcome<T>& item : outcomes(costs, function)) {
+            if (!item.value && item.kind)
+                throw NumericalError(*item.kind, item.failure);
             if (!item.value)
                 throw std::runtime_error("item " + std::to_string(found.size()) + ": " +
                                          item.failure);

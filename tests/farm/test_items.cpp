@@ -70,6 +70,25 @@ TEST_F(FarmItems, AreTheSameWithoutACommunicator) {
         EXPECT_EQ(outcomes[item].value, found_of(item));
 }
 
+TEST_F(FarmItems, KeepTheKindOfANumericalFailure) {
+    const auto fail = [](std::size_t item, const core::Heartbeat&) {
+        if (item == 1)
+            throw core::NumericalError(core::FailureKind::StaticFailed, "no equilibrium");
+        return found_of(item);
+    };
+    const auto outcomes = map(&world_, uneven_costs(3), fail);
+    EXPECT_TRUE(outcomes[0].value && outcomes[2].value);
+    EXPECT_EQ(outcomes[1].failure, "no equilibrium");
+    EXPECT_EQ(outcomes[1].kind, core::FailureKind::StaticFailed);
+    try {
+        static_cast<void>(over_ranks(&world_).values(uneven_costs(3), fail));
+        ADD_FAILURE() << "the failure is lost";
+    } catch (const core::NumericalError& error) {
+        EXPECT_EQ(error.kind(), core::FailureKind::StaticFailed);
+        EXPECT_STREQ(error.what(), "no equilibrium");
+    }
+}
+
 TEST_F(FarmItems, BecomeFailuresAndDoNotHarmOthersWhenTheyThrow) {
     const auto outcomes =
         map(&world_, uneven_costs(9), [](std::size_t item, const core::Heartbeat&) {
