@@ -83,6 +83,17 @@ class Amplitude {
     double count_ = 0.0;
 };
 
+/// Amplitude of first-order autoregressive noise at a frequency (Hz), over that of white noise of
+/// the same size.
+double noise_at(const Swing& swing, double frequency) {
+    const double interval = (swing.times.back() - swing.times.front()) /
+                            static_cast<double>(std::max<std::size_t>(swing.times.size(), 2) - 1);
+    const double correlation = swing.noise_correlation;
+    const double phase = 2.0 * std::numbers::pi * frequency * interval;
+    return std::sqrt((1.0 - correlation * correlation) /
+                     (1.0 - 2.0 * correlation * std::cos(phase) + correlation * correlation));
+}
+
 SwingError error_in_third(const Swing& swing, std::size_t third) {
     RateRegression regression;
     Amplitude measured;
@@ -99,8 +110,11 @@ SwingError error_in_third(const Swing& swing, std::size_t third) {
     if (!regression.is_solvable() || !(swing.noise > 0.0))
         return {};
     const Eigen::Vector3d found = regression.solution();
-    const Eigen::Vector3d errors =
+    Eigen::Vector3d errors =
         swing.noise * regression.products().inverse().diagonal().cwiseMax(0.0).cwiseSqrt();
+    // Noise that is correlated in time has another power at the swing's frequency and at zero.
+    errors.head<2>() *= noise_at(swing, swing.frequency);
+    errors(2) *= noise_at(swing, 0.0);
     // The measured swing is (1 + a) cos φ − b sin φ for a modelled cos φ.
     const double ratio = 1.0 + found(0);
     return {std::hypot(ratio, found(1)) - 1.0,

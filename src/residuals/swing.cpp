@@ -112,6 +112,8 @@ Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measure
     for (std::size_t j = 0; j < swing.shape.size(); ++j)
         precision += std::pow(swing.shape[j] / fit.noise[j], 2);
     swing.noise = precision > 0.0 ? 1.0 / std::sqrt(precision) : 0.0;
+    if (fit.noise_model)
+        swing.noise_correlation = fit.noise_model->correlation;
     const auto modes = run::chain_modes(fit.model.spec, 1);
     swing.frequency =
         modes.empty() ? physics::first_frequency(fit.model.spec.stem) : modes.front().frequency;

@@ -22,6 +22,7 @@ struct Swing {
     std::vector<double> modelled;       ///< (frames), m, from the rows that were seen
     std::vector<double> modelled_speed; ///< (frames), m/s
     double noise = 0.0;                 ///< of a measured coordinate with all rows, m
+    double noise_correlation = 0.0;     ///< of that noise from frame to frame
     double frequency = 0.0;             ///< of the fitted chain's first mode, Hz
 };
 

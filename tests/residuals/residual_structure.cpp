@@ -21,9 +21,12 @@ struct Example {
     fit::RecordingFit fit;
     residuals::Swing swing;
 
-    explicit Example(const std::function<double(double time, double modelled)>& measured) {
-        std::mt19937 generator(4);
+    /// The noise is autoregressive of first order with this correlation.
+    explicit Example(const std::function<double(double time, double modelled)>& measured,
+                     double correlation = 0.0, unsigned seed = 4) {
+        std::mt19937 generator(seed);
         std::normal_distribution<double> normal(0.0, noise);
+        double error = normal(generator);
         fit.prediction.rows = 1;
         fit.noise = {noise};
         for (int frame = 0; frame < 600; ++frame) {
@@ -33,11 +36,14 @@ struct Example {
             swing.times.push_back(time);
             swing.modelled.push_back(size * std::cos(omega * time));
             swing.modelled_speed.push_back(-omega * size * std::sin(omega * time));
-            swing.measured.push_back(measured(time, swing.modelled.back()) + normal(generator));
+            swing.measured.push_back(measured(time, swing.modelled.back()) + error);
+            error = correlation * error +
+                    std::sqrt(1.0 - correlation * correlation) * normal(generator);
             fit.residuals.push_back(swing.measured.back() - swing.modelled.back());
         }
         fit.times = swing.times;
         swing.noise = noise;
+        swing.noise_correlation = correlation;
         swing.frequency = frequency;
     }
     [[nodiscard]] residuals::ResidualStructure structure() const {
@@ -81,6 +87,23 @@ TEST(ResidualStructure, KnowsWhereASwingHasDied) {
     // The scatter of 200 readings is known to 5 %: pure noise gives at most √(2 · 0.05 …).
     EXPECT_LT(found.thirds[2].measured_over_noise, 1.0);
     EXPECT_GT(found.thirds[2].modelled_over_noise, 10.0);
+}
+
+// Noise that is correlated from frame to frame moves the position of rest by four times as much as
+// white noise, and the amplitude by another factor.
+TEST(ResidualStructure, HasTheErrorsOfCorrelatedNoise) {
+    constexpr int count = 300;
+    double rest = 0.0;
+    double amplitude = 0.0;
+    for (unsigned seed = 0; seed < count; ++seed) {
+        const auto found =
+            Example([](double, double modelled) { return modelled; }, 0.9, seed).structure();
+        rest += std::pow(found.thirds[0].rest / found.thirds[0].rest_error, 2) / count;
+        amplitude +=
+            std::pow(found.thirds[0].amplitude / found.thirds[0].amplitude_error, 2) / count;
+    }
+    EXPECT_NEAR(rest, 1.0, 0.3); // the mean square of 300 scatters by 0.08
+    EXPECT_NEAR(amplitude, 1.0, 0.3);
 }
 
 TEST(ResidualStructure, HasNoExcessForNoise) {
