@@ -77,12 +77,12 @@ Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit) {
     const Whitening whitening = whitening_of(fit);
     for (std::size_t at = 0; at < fit.residuals.size(); ++at) {
         const double* const gradient = fit.prediction.jacobian.data() + at * count;
-        // Near the edge of the stem a lane may miss the row and then has no derivative.
-        const bool is_whole = std::all_of(gradient, gradient + count,
-                                          [](double each) { return std::isfinite(each); });
+        // Near the edge of the stem a lane may miss the row and then has no derivative, as in the
+        // solution (ReadingResiduals::derivative()).
         for (std::size_t k = 0; k < count; ++k)
             matrix(static_cast<Eigen::Index>(at), static_cast<Eigen::Index>(k)) =
-                is_whole ? gradient[k] / fit.noise[at % fit.prediction.rows] : 0.0;
+                std::isfinite(gradient[k]) ? gradient[k] / fit.noise[at % fit.prediction.rows]
+                                           : 0.0;
     }
     for (std::size_t k = 0; k < count; ++k)
         whitening.apply({matrix.data() + k * fit.residuals.size(), fit.residuals.size()});
