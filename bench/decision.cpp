@@ -17,6 +17,7 @@
 #include "bench/result_file.hpp"
 #include "bench/run_program.hpp"
 #include "diagnose/diagnosis.hpp"
+#include "diagnose/ladder.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
 
@@ -61,7 +62,7 @@ double over_noise_with(const fit::SelectedEffects& effects, const measure::Measu
     std::vector<fit::SelectedEffects> sets;
     if (!effects.empty())
         sets.push_back(effects);
-    return fit::fit_nested({&exact, 1}, sets).models.back().stated.rmse / *exact.noise;
+    return diagnose::fit_nested({&exact, 1}, sets).models.back().stated.rmse / *exact.noise;
 }
 
 /// All hidden effects but the one that is not wanted. A law that the library lacks is omitted.

@@ -22,6 +22,7 @@
 // its number alone.
 #include "bench/diagnosis_summary.hpp"
 #include "bench/result_file.hpp"
+#include "diagnose/ladder.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/model/stem_chain.hpp"
 #include "fit/solve/uncertainty_budget.hpp"
@@ -118,11 +119,12 @@ void to_json(json& out, const Number& number) {
 }
 
 /// The model with the effects of `fit`, as `culm calibrate` fits it.
-fit::ModelFit with_budget(const fit::Fit& fit, std::span<const measure::Measurement> recordings) {
+diagnose::ModelFit with_budget(const fit::Fit& fit,
+                               std::span<const measure::Measurement> recordings) {
     std::vector<fit::SelectedEffects> sets;
     if (!fit.effects.empty())
         sets.push_back(fit.effects);
-    return std::move(fit::fit_nested(recordings, sets).models.back());
+    return std::move(diagnose::fit_nested(recordings, sets).models.back());
 }
 
 /// Numbers that both recordings share, by name.
@@ -158,7 +160,7 @@ Found found_in(const measure::Measurement& measurement, bool has_effect) {
     const auto start = std::chrono::steady_clock::now();
     try {
         const diagnose::Diagnosis diagnosis = diagnose::diagnose(recordings, options);
-        const fit::ModelFit fit =
+        const diagnose::ModelFit fit =
             with_budget(has_effect ? diagnosis.final_fit : diagnosis.baseline, recordings);
         found.summary = bench::diagnosis_summary(diagnosis);
         found.model = fit.stated.names;

@@ -10,6 +10,7 @@
 #include "bench/reading_noise.hpp"
 #include "bench/result_file.hpp"
 #include "diagnose/adequacy.hpp"
+#include "diagnose/ladder.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/model/stem_chain.hpp"
 #include "fit/solve/residual_statistics.hpp"
@@ -68,7 +69,8 @@ double score(const fit::RecordingFit& fit, const physics::ParameterId& id, doubl
     return (found.value - truth) / found.standard_error;
 }
 
-bool is_found(const fit::NestedFits& fits, const fit::ModelFit& model, diagnose::Finding finding) {
+bool is_found(const diagnose::NestedFits& fits, const diagnose::ModelFit& model,
+              diagnose::Finding finding) {
     return diagnose::verdict_on(model.judged, fits.recordings).finding == finding;
 }
 
@@ -77,8 +79,8 @@ json case_of(const HiddenTruth& truth, const std::string& family, std::uint64_t 
     std::vector<fit::SelectedEffects> sets;
     if (*truth.effect != '\0')
         sets.push_back(physics::parse_effects(truth.effect, {}));
-    const fit::NestedFits fits = fit::fit_nested({&recording, 1}, sets);
-    const fit::ModelFit& right = fits.models.back();
+    const diagnose::NestedFits fits = diagnose::fit_nested({&recording, 1}, sets);
+    const diagnose::ModelFit& right = fits.models.back();
     if (right.judged.failed() || right.stated.failed())
         return {{"failure", right.judged.reason}};
     const fit::RecordingFit& part = right.stated.parts.front();

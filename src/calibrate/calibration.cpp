@@ -2,6 +2,7 @@
 #include "calibrate/calibration.hpp"
 
 #include "core/error.hpp"
+#include "diagnose/ladder.hpp"
 #include "residuals/swing.hpp"
 #include "run/modes.hpp"
 
@@ -66,7 +67,8 @@ reduce::RingDownAnalysisOptions check_options(const measure::Measurement& measur
 }
 
 /// The last model of fit_nested().
-fit::ModelFit fitted(const measure::Measurement& measurement, const CalibrationOptions& options) {
+diagnose::ModelFit fitted(const measure::Measurement& measurement,
+                          const CalibrationOptions& options) {
     if (measurement.release == measure::ReleaseKind::HeldStraight && options.effects.empty())
         throw core::InputError(
             fmt::format("{}: [release] kind = \"held_straight\": nothing moves such a stem in a "
@@ -75,8 +77,8 @@ fit::ModelFit fitted(const measure::Measurement& measurement, const CalibrationO
     std::vector<fit::SelectedEffects> sets;
     if (!options.effects.empty())
         sets.push_back(options.effects);
-    fit::NestedFits fits = fit::fit_nested({&measurement, 1}, sets, options.fit);
-    fit::ModelFit& model = fits.models.back();
+    diagnose::NestedFits fits = diagnose::fit_nested({&measurement, 1}, sets, options.fit);
+    diagnose::ModelFit& model = fits.models.back();
     // A parameter at its bound is not calibrated, unless only the error terms move it there.
     const std::string& reason = model.stated.reason.empty() && model.judged.failed()
                                     ? model.judged.reason
@@ -121,7 +123,7 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
                            const CalibrationOptions& options) {
     Calibration result;
     result.id = measurement.stem.id;
-    fit::ModelFit model = fitted(measurement, options);
+    diagnose::ModelFit model = fitted(measurement, options);
     result.fit = std::move(model.stated.parts.front());
     result.judged = std::move(model.judged.parts.front());
     result.budget = fit::uncertainty_budget(result.fit, result.judged, measurement);

@@ -1,35 +1,61 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/detection_limits.hpp"
 
-#include "core/error.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace culm::diagnose {
 namespace {
 
 constexpr double detected_at = 3.0; ///< standard deviations of the noise
+constexpr auto no_parameter = std::numeric_limits<std::size_t>::max();
 
-/// Where the signature reaches detected_at, inter- or extrapolated by a power law.
-struct Crossing {
-    double size = std::numeric_limits<double>::infinity();
-    std::size_t nearest = 0; ///< among the sizes
+Eigen::Map<const Eigen::VectorXd> vector_of(const EffectColumn& column) {
+    return {column.readings.data(), static_cast<Eigen::Index>(column.readings.size())};
+}
+
+/// The column by which the effect is seen best: from where it is absent to a usual size, if that
+/// was computed, because derivatives may vanish where the effect is absent.
+struct Signature {
+    const EffectNode* node = nullptr;
+    const EffectColumn* column = nullptr;
+    double length = 0.0; ///< of the part that the model cannot imitate, for a size of 1
+    double slope = 0.0;  ///< likewise of the derivative, if there is a secant too
+
+    /// Size at which the signature reaches detected_at: a s + b s² from derivative and secant, a
+    /// straight line if it grows more slowly than that.
+    [[nodiscard]] double size() const {
+        const double usual = std::abs(column->secant);
+        const double curvature = usual > 0.0 ? (length - slope) / usual : 0.0;
+        const double size =
+            curvature > 0.0 ? 2.0 * detected_at /
+                                  (slope + std::sqrt(slope * slope + 4.0 * curvature * detected_at))
+                            : detected_at / length;
+        return column->secant < 0.0 ? -size : size;
+    }
 };
 
-Crossing crossing_of(const std::vector<SizedEffect>& sizes, const std::vector<double>& seen) {
-    Crossing out;
-    while (out.nearest + 1 < sizes.size() && !(seen[out.nearest] >= detected_at))
-        ++out.nearest;
-    double power = 1.0;
-    if (const std::size_t k = out.nearest; k > 0 && seen[k] > seen[k - 1] && seen[k - 1] > 0.0)
-        power = std::clamp(std::log(seen[k] / seen[k - 1]) /
-                               std::log(sizes[k].size / sizes[k - 1].size),
-                           0.5, 4.0);
-    if (seen[out.nearest] > 0.0)
-        out.size = sizes[out.nearest].size * std::pow(detected_at / seen[out.nearest], 1.0 / power);
+Signature signature_of(const EffectColumns& columns, const Projector& own) {
+    Signature out;
+    std::map<std::size_t, double> slopes; // by parameter
+    for (const EffectNode& node : columns.nodes)
+        for (const EffectColumn& column : node.columns) {
+            if (!column.is_certain && column.parameter == no_parameter)
+                continue;
+            const double length = own.remainder(vector_of(column)).norm();
+            const bool is_secant = column.secant != 0.0;
+            if (!is_secant)
+                slopes[column.parameter] = std::max(slopes[column.parameter], length);
+            const bool has_secant = out.column != nullptr && out.column->secant != 0.0;
+            if (is_secant == has_secant ? length > out.length : is_secant)
+                out = {&node, &column, length, 0.0};
+        }
+    if (out.column != nullptr && out.column->secant != 0.0)
+        out.slope = slopes[out.column->parameter];
     return out;
 }
 
@@ -45,14 +71,15 @@ double bias(const SearchResult& search, const Eigen::VectorXd& hidden_by,
 }
 
 /// Sets the parameter, its unit and value for a size in standard deviations of the prior.
-void name(const SearchResult& search, const physics::SelectedEffect& effect,
-          const std::string& parameter, double size, DetectionLimit& limit) {
-    const fit::StemModel model =
-        candidate_model(search.best_fit.parts.front().model, {effect}, search.recordings.front());
+void name(const SearchResult& search, const physics::SelectedEffect& effect, std::size_t parameter,
+          double size, DetectionLimit& limit) {
+    const fit::StemModel model = candidate_model(search.best_fit.parts.front().model, {effect},
+                                                 search.chain.recordings.front());
+    std::size_t own = 0;
     for (const fit::FreeParameter& each : model.parameters)
-        if (each.access.id.effect == limit.effect && each.access.id.name == parameter) {
+        if (each.access.id.effect == limit.effect && own++ == parameter) {
             const ParameterPrior prior = prior_of(each, model);
-            limit.parameter = parameter;
+            limit.parameter = each.access.id.name;
             limit.unit = each.unit;
             limit.value = from_coordinate(each.fitted_as, prior.absent + size * prior.deviation);
             limit.is_beyond_bounds = !(limit.value >= each.lower && limit.value <= each.upper);
@@ -73,60 +100,39 @@ void name(const SearchResult& search, const physics::SelectedEffect& effect,
     limit.is_beyond_bounds = !(limit.value <= known.upper);
 }
 
-void compute(const SearchResult& search, const physics::SelectedEffect& effect,
-             const fit::FitOptions& options, DetectionLimit& limit) {
-    const SizedEffects found =
-        effect_at_sizes(search.best_fit, search.stacked, effect, search.recordings, options);
-    if (found.sizes.empty()) {
+DetectionLimit limit_of(const SearchResult& search, const Projector& own,
+                        const CandidateView& view) {
+    DetectionLimit limit;
+    limit.effect = view.effect.effect->name();
+    limit.failure = view.columns.failure;
+    if (!limit.failure.empty())
+        return limit;
+    const Signature signature = signature_of(view.columns, own);
+    if (signature.column == nullptr) {
         limit.failure = "no run shows what it does";
-        return;
+        return limit;
     }
-    const Projector own(search.stacked.jacobian);
-    std::vector<double> seen;
-    for (const SizedEffect& each : found.sizes)
-        seen.push_back(own.remainder(each.change).norm());
-    const auto [size, nearest] = crossing_of(found.sizes, seen);
-    name(search, effect, found.parameter, size, limit);
+    const double size = signature.size();
+    name(search, view.effect, signature.column->parameter, size, limit);
     if (!std::isfinite(size))
-        return;
-    const SizedEffect& near = found.sizes[nearest];
-    const double share = size / near.size;
-    const Eigen::VectorXd hidden_by = share * own.coefficients(near.change);
-    limit.youngs_modulus_bias =
-        bias(search, hidden_by, physics::bond_youngs_modulus, std::pow(near.modulus_ratio, share));
-    limit.damping_bias =
-        bias(search, hidden_by, physics::bond_damping, 1.0 + share * (near.damping_ratio - 1.0));
+        return limit;
+    const double secant = signature.column->secant;
+    const double share = secant == 0.0 ? 0.0 : size / secant;
+    const Eigen::VectorXd hidden_by = size * own.coefficients(vector_of(*signature.column));
+    limit.youngs_modulus_bias = bias(search, hidden_by, physics::bond_youngs_modulus,
+                                     std::pow(signature.node->modulus_ratio, share));
+    limit.damping_bias = bias(search, hidden_by, physics::bond_damping,
+                              1.0 + share * (signature.node->damping_ratio - 1.0));
+    return limit;
 }
 
 } // namespace
 
-std::vector<DetectionLimit> detection_limits(const SearchResult& search,
-                                             const DiagnosisOptions& options) {
-    const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
-        const fit::FitOptions own = with_heartbeat(options.candidate, heartbeat);
-        DetectionLimit limit;
-        limit.effect = search.views[item].effect.effect->name();
-        limit.failure = search.views[item].columns.failure;
-        if (!limit.failure.empty())
-            return limit;
-        try {
-            compute(search, search.views[item].effect, own, limit);
-        } catch (const core::NumericalError& error) {
-            limit.failure = error.what();
-        }
-        return limit;
-    };
-    std::vector<double> costs;
-    for (const CandidateView& view : search.views) {
-        fit::SelectedEffects larger = search.best_fit.effects;
-        larger.push_back(view.effect);
-        costs.push_back(fit::relative_cost(larger));
-    }
+std::vector<DetectionLimit> detection_limits(const SearchResult& search) {
+    const Projector own(search.stacked.jacobian);
     std::vector<DetectionLimit> limits;
-    for (DetectionLimit& answer : options.map.values(costs, work)) {
-        DetectionLimit& limit = limits.emplace_back(std::move(answer));
-        limit.effect = search.views[limits.size() - 1].effect.effect->name();
-    }
+    for (const CandidateView& view : search.views)
+        limits.push_back(limit_of(search, own, view));
     return limits;
 }
 

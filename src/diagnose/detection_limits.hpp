@@ -21,16 +21,9 @@ struct DetectionLimit {
     double damping_bias = 0.0;
 };
 
-template <class Wire>
-void fields(Wire& wire, DetectionLimit& limit) {
-    wire(limit.effect, limit.failure, limit.parameter, limit.unit, limit.value,
-         limit.is_beyond_bounds, limit.youngs_modulus_bias, limit.damping_bias);
-}
-
-/// Detection limits of all candidates that the best model of a search does not contain. The effect
-/// is simulated in several sizes with the first mode kept by Y and β. The part that the model's own
-/// parameters can imitate is removed.
-[[nodiscard]] std::vector<DetectionLimit> detection_limits(const SearchResult& search,
-                                                           const DiagnosisOptions& options);
+/// Detection limits of all candidates that the best model of a search does not contain, from the
+/// columns of its last prediction. An effect with several locations or sizes is seen in the one
+/// that is seen best. The part that the model's own parameters can imitate is removed.
+[[nodiscard]] std::vector<DetectionLimit> detection_limits(const SearchResult& search);
 
 } // namespace culm::diagnose

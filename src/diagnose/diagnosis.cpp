@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/diagnosis.hpp"
 
+#include "core/error.hpp"
+#include "diagnose/final_models.hpp"
 #include "diagnose/planned_model.hpp"
 #include "fit/fit_numbers.hpp"
+#include "fit/start/coarse_chain.hpp"
+#include "physics/effects/library.hpp"
 
 #include <algorithm>
 #include <array>
@@ -23,19 +27,43 @@ std::vector<std::string> names_of(const fit::SelectedEffects& effects,
 }
 
 fit::Fit restored(const SearchResult& search, std::size_t model, const DiagnosisOptions& options) {
-    return model == search.best
-               ? search.best_fit
-               : fit::restored(search.visited[model].fit, search.recordings, options.candidate);
+    return model == search.best ? search.best_fit
+                                : fit::restored(search.visited[model].fit, search.chain.recordings,
+                                                options.candidate);
+}
+
+/// Was the model fitted with every other law of the library of the effect's family instead of it,
+/// and does each fail the tests for lack of fit?
+bool is_only_law(const SearchResult& search, std::size_t model, const std::string& effect) {
+    const fit::SelectedEffects& effects = search.visited[model].fit.effects;
+    const auto own = std::ranges::find_if(
+        effects, [&](const auto& each) { return each.effect->name() == effect; });
+    if (own == effects.end())
+        return false;
+    return std::ranges::all_of(physics::all_effects(), [&](const physics::EffectPointer& other) {
+        if (other->name() == effect || other->family() != own->effect->family())
+            return true;
+        fit::SelectedEffects swapped = effects;
+        swapped[static_cast<std::size_t>(own - effects.begin())] =
+            physics::parse_effect(other->name(), {});
+        return std::ranges::any_of(search.visited, [&](const VisitedModel& each) {
+            return each.is_inadequate && key_of(each.fit.effects) == key_of(swapped);
+        });
+    });
 }
 
 /// The sets of families that hold 95 % of the probability, and the families common to all.
-void add_alternatives(const Policy& policy, Diagnosis& out) {
+void add_alternatives(const SearchResult& search, const DiagnosisOptions& options, Diagnosis& out) {
     double held = 0.0;
     for (const FamilyExplanation& entry : out.posterior.by_family) {
-        if (held >= policy.held_probability)
+        if (held >= options.policy.held_probability)
             break;
         held += entry.probability;
-        out.alternatives.push_back(entry);
+        FamilyExplanation& added = out.alternatives.emplace_back(entry);
+        for (NamedFamily& named : added.families)
+            named.is_open = physics::is_one_law(named.family) &&
+                            !(named.members.size() == 1 &&
+                              is_only_law(search, entry.model, named.members.front()));
     }
     out.families = out.alternatives.front().families;
     for (const FamilyExplanation& other : out.alternatives)
@@ -49,15 +77,13 @@ void add_model(const SearchResult& search, const DiagnosisOptions& options, std:
                Diagnosis& out) {
     SearchedModel& added = out.ladder.emplace_back();
     added.fit = restored(search, model, options);
-    const bool is_best = model == search.best;
-    added.stated = is_best ? search.stated_best
-                           : fit::as_stated(added.fit, search.stated_baseline, search.recordings,
-                                            options.candidate);
+    added.stated =
+        fit::as_stated(added.fit, search.chain.stated, search.chain.recordings, options.candidate);
     if (!added.stated.failed() && !absent_effects(added.stated, options.known).empty()) {
         added.stated = added.fit;
         added.has_free_inputs = true;
     }
-    const SetVerdict verdict = verdict_on(added.fit, search.recordings, options.policy);
+    const SetVerdict verdict = verdict_on(added.fit, search.chain.recordings, options.policy);
     added.finding = verdict.finding;
     added.p_value = verdict.p_value;
     added.tests = verdict.reason;
@@ -68,20 +94,8 @@ void add_model(const SearchResult& search, const DiagnosisOptions& options, std:
 void climb_to(const SearchResult& search, const DiagnosisOptions& options, std::size_t answer,
               Diagnosis& out) {
     add_model(search, options, 0, out);
-    const fit::SelectedEffects& effects = search.visited[answer].fit.effects;
-    if (effects.size() > options.known.size() + 1) {
-        std::optional<std::size_t> between;
-        for (std::size_t k = 1; k < search.visited.size(); ++k) {
-            const fit::SelectedEffects& own = search.visited[k].fit.effects;
-            const bool is_part =
-                own.size() == options.known.size() + 1 && contains_all(effects, own);
-            if (is_part && (!between ||
-                            search.visited[k].log_evidence > search.visited[*between].log_evidence))
-                between = k;
-        }
-        if (between && std::isfinite(search.visited[*between].log_evidence))
-            add_model(search, options, *between, out);
-    }
+    if (const auto part = likeliest_part(search, answer, options))
+        add_model(search, options, *part, out);
     if (answer != 0)
         add_model(search, options, answer, out);
     out.final_fit = out.ladder.back().fit;
@@ -114,7 +128,8 @@ void conclude(const SearchResult& search, const DiagnosisOptions& options, Diagn
     const auto is_chain = [](const FamilyExplanation& each) { return each.families.empty(); };
     const bool chain_is_likely = std::ranges::any_of(out.alternatives, is_chain);
     const SearchedModel& last = out.ladder.back();
-    if (leaves_too_much(last.fit, out.ladder.front().fit, search.recordings, options.policy)) {
+    if (leaves_too_much(last.fit, out.ladder.front().fit, search.chain.recordings,
+                        options.policy)) {
         out.conclusion = Conclusion::Unknown;
         out.reason = fmt::format(
             "the best model fails the tests for lack of fit{} and leaves {:.0f} % of the misfit",
@@ -192,10 +207,10 @@ std::string_view to_string(Conclusion conclusion) {
 Diagnosis decide(SearchResult& search, const DiagnosisOptions& options) {
     Diagnosis out;
     out.policy = options.policy;
-    out.posterior = posterior_of(search, options,
-                                 has_structure(search.best_fit, search.recordings, options.policy));
+    out.posterior = posterior_of(search, options);
     out.runs = search.runs;
-    add_alternatives(options.policy, out);
+    out.is_complete = search.is_complete;
+    add_alternatives(search, options, out);
     climb_to(search, options, out.alternatives.front().model, out);
     add_residual(out);
     conclude(search, options, out);
@@ -204,8 +219,8 @@ Diagnosis decide(SearchResult& search, const DiagnosisOptions& options) {
         out.largest_unvisited = {names_of(model.effects, options),
                                  model.log_evidence - search.visited[search.best].log_evidence};
     }
-    out.baseline = std::move(search.baseline);
-    out.stated_baseline = std::move(search.stated_baseline);
+    out.baseline = std::move(search.chain.fit);
+    out.stated_baseline = std::move(search.chain.stated);
     return out;
 }
 
@@ -217,20 +232,32 @@ Diagnosis diagnose(std::span<const measure::Measurement> recordings, DiagnosisOp
                   [&](const auto& each) { return fit::contains(options.known, each); });
     for (const measure::Measurement& recording : recordings)
         refuse_without_motion(recording, options.candidate.window);
-    SearchResult search = search_models(recordings, options);
-    Diagnosis out = decide(search, options);
-    options.report("computing the detection limits of the other effects");
-    out.blind_spots = detection_limits(search, options);
+    DiagnosisOptions coarse = options;
+    coarse.candidate.chain.spheres = fit::coarsest_chain(recordings, options.candidate);
+    SearchResult search = search_models(recordings, coarse);
+    SearchResult final = with_stated_chain(search, recordings, coarse, options);
+    if (key_of(final.best_fit.effects) != key_of(search.best_fit.effects)) {
+        // The coarse chain led to another model.
+        coarse = options;
+        search = search_models(recordings, options);
+        final = search;
+    }
+    Diagnosis out = decide(final, options);
+    out.blind_spots = detection_limits(search);
     if (const std::optional<std::pair<Rival, Rival>> pair = pair_to_separate(search, out)) {
         options.report("computing which experiment distinguishes best");
-        out.next_experiments =
-            next_experiments(*pair, search.recordings, options.candidate, options.map);
+        try {
+            out.next_experiments =
+                next_experiments(*pair, search.chain.recordings, coarse.candidate, options.map);
+        } catch (const core::NumericalError&) {
+            // A rival that cannot be computed again leaves the answer without a proposal.
+        }
     }
     if (out.conclusion == Conclusion::Unknown && out.ladder.back().finding == Finding::Inadequate) {
         options.report("reconstructing the missing force");
         // A partial explanation may be the wrong effect, so the force replaces all effects.
-        out.missing_force = reconstruct_missing_force(restored(search, 0, options), options.known,
-                                                      search.recordings, options.candidate);
+        out.missing_force = reconstruct_missing_force(restored(search, 0, coarse), options.known,
+                                                      search.chain.recordings, coarse.candidate);
     }
     return out;
 }

@@ -65,6 +65,7 @@ struct Diagnosis {
     fit::Fit stated_baseline; ///< as SearchedModel::stated
     Policy policy;            ///< by which the answer was found
     int runs = 0;             ///< of the chain with all its derivatives, for the fits of models
+    bool is_complete = true;  ///< false: the search ended at the largest number of models
 };
 
 /// The verdict on the models of search_models(), without detection limits, next experiments and

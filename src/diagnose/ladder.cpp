@@ -2,7 +2,9 @@
 #include "diagnose/ladder.hpp"
 
 #include "diagnose/evidence/log_evidence.hpp"
+#include "diagnose/planned_model.hpp"
 #include "fit/fit_numbers.hpp"
+#include "fit/solve/reading_errors.hpp"
 #include "residuals/swing.hpp"
 
 #include <algorithm>
@@ -60,9 +62,36 @@ std::string why(const LadderModel& model, double least_gain) {
                : fmt::format("{}, less than {:.1f}", change, least_gain);
 }
 
+/// The largest fitted model within `effects`; the chain itself if there is none.
+const fit::Fit& model_within(const fit::SelectedEffects& effects,
+                             const std::vector<fit::Fit>& models) {
+    const fit::Fit* within = &models.front();
+    for (const fit::Fit& model : models)
+        if (!model.failed() && contains_all(effects, model.effects))
+            within = &model;
+    return *within;
+}
+
+/// Linearises the error terms about `stated`, fits the model together with them, and adds their
+/// contribution to the intervals of `stated`.
+ModelFit judged_model(fit::Fit stated, std::span<const fit::ObservedRecording> recordings,
+                      const fit::FitOptions& options) {
+    if (stated.failed() || !stated.moves())
+        return {stated, stated};
+    const std::vector<fit::ObservedRecording> known =
+        fit::with_reading_errors(recordings, stated.parts, options.heartbeat);
+    ModelFit out{std::move(stated), {}};
+    out.judged = fit::fit_again(out.stated.effects, out.stated.parts, known, options);
+    if (out.judged.failed()) // the inputs diverge if the model is far off
+        out.judged = out.stated;
+    out.judged.runs += out.stated.runs;
+    fit::add_input_uncertainty(known, out.judged.reduced_chi_squared, out.stated);
+    return out;
+}
+
 void judge_models(Ladder& ladder, const Policy& policy) {
     const double held = policy.held_probability;
-    const double least_gain = policy.temperature * std::log(held / (1.0 - held));
+    const double least_gain = std::log(held / (1.0 - held));
     std::size_t best = 0;
     for (std::size_t k = 1; k < ladder.models.size(); ++k) {
         LadderModel& model = ladder.models[k];
@@ -89,6 +118,46 @@ void judge_models(Ladder& ladder, const Policy& policy) {
 }
 
 } // namespace
+
+NestedFits fit_nested(std::span<const measure::Measurement> measurements,
+                      const std::vector<fit::SelectedEffects>& effect_sets,
+                      const fit::FitOptions& options) {
+    for (const measure::Measurement& recording : measurements) { // throws if a model is invalid
+        const fit::StemModel chain = fit::baseline_model(recording, options.chain);
+        for (const fit::SelectedEffects& effects : effect_sets)
+            static_cast<void>(fit::candidate_model(chain, effects, recording));
+    }
+    fit::BaselineFit baseline = fit::fit_baseline(measurements, options);
+    std::vector<fit::ObservedRecording> exact = fit::with_inputs_as_stated(baseline.recordings);
+    std::vector<fit::Fit> stated{baseline.stated};
+    for (const fit::SelectedEffects& effects : effect_sets)
+        stated.push_back(fit_larger(effects, model_within(effects, stated), exact, options));
+    // The first estimate of the noise may contain the missing effect.
+    const fit::Fit* last = nullptr;
+    for (const fit::Fit& model : stated)
+        if (!model.failed() && model.moves())
+            last = &model;
+    std::optional<fit::BaselineFit> again;
+    if (last != nullptr && baseline.alone.empty()) {
+        again = baseline;
+        again->recordings =
+            fit::with_reading_errors(fit::observed(measurements), last->parts, options.heartbeat);
+    } else if (last != nullptr && !last->effects.empty()) {
+        again = fit::baseline_beside_noise_of(*last, baseline, measurements, options);
+    }
+    if (again && !again->fit.failed()) {
+        baseline = *std::move(again);
+        exact = fit::with_inputs_as_stated(baseline.recordings);
+        for (std::size_t k = 1; k < stated.size(); ++k)
+            if (!stated[k].failed() && stated[k].moves())
+                stated[k] = fit::fit_again(stated[k].effects, stated[k].parts, exact, options);
+    }
+    NestedFits out{std::move(baseline.recordings),
+                   {{std::move(baseline.stated), std::move(baseline.fit)}}};
+    for (std::size_t k = 1; k < stated.size(); ++k)
+        out.models.push_back(judged_model(std::move(stated[k]), out.recordings, options));
+    return out;
+}
 
 Comparison compare(const fit::Fit& stated, const fit::Fit& judged,
                    const measure::Measurement& measurement, const Policy& policy) {
@@ -121,9 +190,9 @@ Ladder climb(const measure::Measurement& measurement,
              const std::vector<fit::SelectedEffects>& effect_sets, const fit::FitOptions& options,
              const Policy& policy) {
     refuse_without_motion(measurement, options.window);
-    fit::NestedFits fits = fit::fit_nested({&measurement, 1}, effect_sets, options);
+    NestedFits fits = fit_nested({&measurement, 1}, effect_sets, options);
     Ladder ladder;
-    for (fit::ModelFit& model : fits.models) {
+    for (ModelFit& model : fits.models) {
         LadderModel& added = ladder.models.emplace_back();
         added.stated = std::move(model.stated);
         added.fit = std::move(model.judged);

@@ -11,6 +11,7 @@
 #include "residuals/swing.hpp"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,25 @@ struct Comparison {
 [[nodiscard]] Comparison compare(const fit::Fit& stated, const fit::Fit& judged,
                                  const measure::Measurement& measurement,
                                  const Policy& policy = {});
+
+/// A model fitted twice: with every input as stated, and together with the error terms of the
+/// readings.
+struct ModelFit {
+    fit::Fit stated; ///< printed and drawn; intervals include the uncertainty of the inputs
+    fit::Fit judged; ///< tested and compared; equals `stated` if the inputs diverge
+};
+
+/// Fits the models of `effect_sets`, each of which contains the one before it, by fit_larger() with
+/// every input as stated and then with the error terms. The published chain is the first. If the
+/// noise in motion differs about the last model, all are fitted with that noise. Throws as
+/// baseline_model() and candidate_model() if a model cannot be built, before any chain is run.
+struct NestedFits {
+    std::vector<fit::ObservedRecording> recordings; ///< BaselineFit::recordings
+    std::vector<ModelFit> models;
+};
+[[nodiscard]] NestedFits fit_nested(std::span<const measure::Measurement> measurements,
+                                    const std::vector<fit::SelectedEffects>& effect_sets,
+                                    const fit::FitOptions& options = {});
 
 /// One model in the ladder. Changes and the gain are relative to the model below it with the
 /// largest log evidence.

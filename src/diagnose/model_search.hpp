@@ -6,11 +6,13 @@
 #include "core/item_map.hpp"
 #include "diagnose/evidence/effect_columns.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
+#include "diagnose/planned_model.hpp"
 #include "diagnose/policy.hpp"
 #include "fit/fit_model.hpp"
 
 #include <functional>
 #include <limits>
+#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -34,11 +36,11 @@ struct DiagnosisOptions {
 };
 
 /// A model that was fitted.
-struct VisitedModel {
-    fit::Fit fit; ///< its numbers, with the error terms of the readings
-    ModelEvidence evidence;
+struct VisitedModel : FittedModel {
     double log_evidence = -std::numeric_limits<double>::infinity();
-    double predicted = std::numeric_limits<double>::quiet_NaN(); ///< before it was fitted
+
+    /// −infinity stays if it was not fitted, or not with all its effects.
+    void judge(const NoiseScale& noise);
 };
 
 /// A model whose log evidence was only predicted.
@@ -51,19 +53,26 @@ struct UnvisitedModel {
 };
 
 struct SearchResult {
-    std::vector<fit::ObservedRecording> recordings;
-    fit::Fit baseline;                     ///< the published chain with the error terms
-    fit::Fit stated_baseline;              ///< the same with every input as stated
+    fit::BaselineFit chain;                ///< the published chain
     std::vector<VisitedModel> visited;     ///< the published chain (with what is known) first
     std::vector<UnvisitedModel> unvisited; ///< the largest log evidence first
     std::size_t best = 0;                  ///< of the visited models
     NoiseScale noise;                      ///< about the best model
     fit::Fit best_fit;                     ///< with residuals and derivatives
-    fit::Fit stated_best;                  ///< the same with every input as stated
     std::vector<CandidateView> views;      ///< candidates about the best model
     StackedReadings stacked;               ///< of the best model
-    int runs = 0; ///< of the chain with all its derivatives, for the fits of models
+    int runs = 0;            ///< of the chain with all its derivatives, for the fits of models
+    bool is_complete = true; ///< false: it ended at the largest number of models
 };
+
+/// The published chain with the effects that are known to act, fitted about the baseline. Throws
+/// core::NumericalError if it cannot be fitted.
+[[nodiscard]] fit::Fit first_model(const fit::BaselineFit& baseline,
+                                   const DiagnosisOptions& options);
+
+/// The likeliest model with one of the effects of this one, if it has several.
+[[nodiscard]] std::optional<std::size_t>
+likeliest_part(const SearchResult& search, std::size_t model, const DiagnosisOptions& options);
 
 /// Calls visit(set) for the sets of at most `room` of the numbers 0 … count − 1, in the order of
 /// their names in a dictionary; false: no set that begins with this one is visited.

@@ -2,19 +2,35 @@
 #include "diagnose/planned_model.hpp"
 
 #include "core/error.hpp"
+#include "diagnose/adequacy.hpp"
 #include "fit/solve/layout.hpp"
+#include "fit/solve/reading_errors.hpp"
+#include "fit/solve/second_mode_errors.hpp"
+#include "fit/start/starts.hpp"
 #include "physics/effects/library.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <set>
 #include <utility>
 
 namespace culm::diagnose {
 namespace {
 
+/// Are the amounts those of the model without the effect?
+bool is_absent_at(const EffectNode& node, const std::vector<double>& amounts) {
+    return !node.columns.front().is_certain &&
+           std::ranges::all_of(amounts, [](double amount) { return amount == 0.0; });
+}
+
 /// Position along the secant from the model without the effect to the node, as a fraction.
 double way_to(const EffectNode& node, const std::vector<double>& amounts) {
+    if (is_absent_at(node, amounts))
+        return 0.0;
     const double secant = node.columns.front().secant;
     return secant == 0.0 ? 1.0 : amounts.front() / secant;
 }
@@ -49,47 +65,119 @@ void place_effect(const CandidateView& view, const EffectNode& node,
             value = from_coordinate(parameter.fitted_as,
                                     size_of(node, amounts, k, recording, prior_of(parameter, model),
                                             to_coordinate(parameter.fitted_as, value)));
-        if (!std::isfinite(value)) // a stiffness without compliance
+        else if (parameter.fitted_as == physics::FittedAs::Inverse && is_absent_at(node, amounts))
+            value = parameter.upper; // the stiffness of a rigid clamp
+        if (!std::isfinite(value))   // a stiffness without compliance
             value = parameter.upper;
         parameter.access.set(model.spec, std::clamp(value, parameter.lower, parameter.upper));
         ++k;
     }
 }
 
-void set_superposed(fit::StartModels& models, bool is_superposed) {
-    for (fit::StemModel& model : models)
-        model.is_superposed = is_superposed;
-}
-
-/// Models that start from the fit are superposed too.
-fit::Fit superposed(fit::Fit fit) {
-    for (fit::RecordingFit& part : fit.parts)
-        part.model.is_superposed = true;
-    return fit;
-}
-
-bool is_superposable(const fit::SelectedEffects& effects) {
-    return std::ranges::any_of(effects, [](const physics::SelectedEffect& selected) {
-        std::vector<double> values;
-        for (const physics::EffectParameter& each : selected.effect->parameters())
-            values.push_back(each.default_value);
-        return !selected.effect->planar_parts(values).empty();
-    });
-}
-
-fit::Fit fitted(const fit::SelectedEffects& effects, const std::optional<fit::StartModels>& start,
-                const fit::Fit& smaller, std::span<const fit::ObservedRecording> recordings,
-                const fit::FitOptions& options) {
-    fit::Fit fit;
-    if (start && smaller.moves())
-        fit = fit::refined(*start, effects, smaller, recordings, options);
-    if (fit.failed()) {
-        const int runs = fit.runs;
-        fit = fit::fit_with_parts(effects, smaller, recordings, options);
-        fit.runs += runs;
+/// The model with the effect of these amounts. Along a secant Y and β change such that the first
+/// mode stays; with several recordings they do not. A beat has another frequency.
+fit::StemModel with_effect(const fit::StemModel& base, const CandidateView& view,
+                           const EffectNode& node, const std::vector<double>& amounts,
+                           std::size_t recording,
+                           std::span<const fit::ObservedRecording> recordings) {
+    fit::StemModel model = candidate_model(base, {view.effect}, recordings[recording]);
+    place_effect(view, node, amounts, recording, model);
+    const auto modes = run::chain_modes(base.spec, 1);
+    if (node.columns.front().secant != 0.0 && view.effect.effect->dimensions() < 3 &&
+        recordings.size() == 1 && !modes.empty()) {
+        fit::keep_first_mode(modes.front(), model);
+        return model;
     }
-    return fit;
+    const double share = way_to(node, amounts);
+    model.spec.stem.bond_youngs_modulus *= std::pow(node.modulus_ratio, share);
+    model.spec.stem.bond_damping *= std::pow(node.damping_ratio, share);
+    return model;
 }
+
+/// Factors of the linear estimate that are tried before a fit, one in each lane. The last one is
+/// the model without the effects: a fit that starts there is not worse than that.
+constexpr std::array tried_factors{1.0,        1.0 / 2.0,  1.0 / 4.0,  1.0 / 8.0,
+                                   1.0 / 16.0, 1.0 / 32.0, 1.0 / 64.0, 0.0};
+
+/// A start with the effects is preferred up to this ratio of its χ² to that without them: it leads
+/// out of the smaller model's minimum.
+constexpr double follows_within = 10.0;
+
+/// Fits from the start with the smallest χ².
+fit::Fit fit_from(const std::vector<fit::StartModels>& starts, const fit::SelectedEffects& effects,
+                  const fit::Fit& smaller, std::span<const fit::ObservedRecording> recordings,
+                  const fit::FitOptions& options) {
+    const StackedReadings stacked = stacked_readings(smaller, recordings);
+    const Eigen::VectorXd measured = stacked.residual + stacked.predicted;
+    std::size_t best = 0;
+    double least = std::numeric_limits<double>::infinity();
+    for (std::size_t first = 0; first < starts.size() && !std::isfinite(least); ++first)
+        try { // where the whole step is too large for a chain, shorter ones may do
+            const std::vector<fit::StartModels> shorter(
+                starts.begin() + static_cast<std::ptrdiff_t>(first), starts.end());
+            const auto readings = readings_together(shorter, stacked, smaller, options.heartbeat);
+            for (std::size_t k = 0; k < readings.size(); ++k)
+                if (const double squares =
+                        (measured - readings[k]).head(stacked.readings()).squaredNorm() *
+                        (starts.size() > 1 && first + k + 1 == starts.size() ? follows_within
+                                                                             : 1.0);
+                    squares < least) {
+                    least = squares;
+                    best = first + k;
+                }
+        } catch (const core::NumericalError&) {
+        }
+    return fit::refined(starts[best], effects, smaller, recordings, options);
+}
+
+/// A fit and the effects that may join it.
+class Additions {
+  public:
+    /// Throws core::NumericalError if an effect has no columns. All must outlive this.
+    Additions(const fit::SelectedEffects& effects, const fit::Fit& smaller,
+              std::span<const fit::ObservedRecording> recordings, const fit::FitOptions& options)
+        : smaller_(smaller), recordings_(recordings), options_(options),
+          stacked_(stacked_readings(smaller, recordings)) {
+        for (const physics::SelectedEffect& effect : effects) {
+            views_.push_back(
+                {effect, effect_columns(smaller, stacked_, effect, recordings, options)});
+            if (const std::string& failure = views_.back().columns.failure; !failure.empty())
+                throw core::NumericalError(core::FailureKind::FitFailed, failure);
+        }
+        linear_.emplace(stacked_, views_);
+    }
+
+    /// The effect that is predicted to explain most.
+    [[nodiscard]] std::size_t likeliest() const {
+        std::vector<double> gains;
+        for (std::size_t k = 0; k < views_.size(); ++k)
+            gains.push_back(linear_->gain({&k, 1}).log_evidence);
+        return static_cast<std::size_t>(std::ranges::max_element(gains) - gains.begin());
+    }
+
+    /// Fits the model with these effects, from where their columns lead.
+    [[nodiscard]] fit::Fit with(const std::vector<std::size_t>& chosen) const {
+        PredictedGain gain = linear_->gain(chosen);
+        if (gain.nodes.empty()) // all allowed sizes make the fit worse: it starts without them
+            for (const std::size_t k : chosen) {
+                gain.nodes.push_back(0);
+                gain.amounts.emplace_back(views_[k].columns.nodes.front().columns.size(), 0.0);
+            }
+        fit::SelectedEffects effects = smaller_.effects;
+        for (const std::size_t k : chosen)
+            effects.push_back(views_[k].effect);
+        return fit_from(starts_to_estimate(smaller_, recordings_, views_, *linear_, chosen, gain),
+                        effects, smaller_, recordings_, options_);
+    }
+
+  private:
+    const fit::Fit& smaller_;
+    std::span<const fit::ObservedRecording> recordings_;
+    const fit::FitOptions& options_;
+    StackedReadings stacked_;
+    std::vector<CandidateView> views_;
+    std::optional<LinearEvidence> linear_;
+};
 
 /// Does the size of effect number `place` of the fit permit that the effect is absent from the
 /// recording? An effect acts in at least one recording.
@@ -102,6 +190,14 @@ bool may_be_absent(const fit::Fit& fit, std::size_t place, const std::string& re
                       parameter.id.recording == recording && !parameter.is_place &&
                       (is_absent(parameter) || parameter.is_at_bound);
            });
+}
+
+/// The models with the error terms of the recordings.
+fit::StartModels beside_errors_of(fit::StartModels models,
+                                  std::span<const fit::ObservedRecording> recordings) {
+    for (std::size_t m = 0; m < models.size(); ++m)
+        models[m] = fit::beside_errors(std::move(models[m]), recordings[m]);
+    return models;
 }
 
 } // namespace
@@ -134,46 +230,28 @@ bool can_be_combined(const fit::SelectedEffects& effects) {
     return true;
 }
 
-fit::StartModels
-start_at_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
-                  const std::vector<CandidateView>& views, const LinearEvidence& linear,
-                  const std::vector<std::size_t>& chosen, const PredictedGain& gain) {
-    fit::StartModels models = fit::start_from(base);
-    const fit::JointLayout layout = fit::joint_layout(models, recordings);
-    models = moved(std::move(models), layout, linear.own_change(chosen, gain));
-    for (std::size_t e = 0; e < chosen.size(); ++e) {
-        const CandidateView& view = views[chosen[e]];
-        const EffectNode& node = view.columns.nodes[gain.nodes[e]];
-        const double share = way_to(node, gain.amounts[e]);
-        for (std::size_t m = 0; m < models.size(); ++m) {
-            models[m] = candidate_model(models[m], {view.effect}, recordings[m]);
-            models[m].spec.stem.bond_youngs_modulus *= std::pow(node.modulus_ratio, share);
-            models[m].spec.stem.bond_damping *= std::pow(node.damping_ratio, share);
-            place_effect(view, node, gain.amounts[e], m, models[m]);
+std::vector<fit::StartModels>
+starts_to_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
+                   const std::vector<CandidateView>& views, const LinearEvidence& linear,
+                   const std::vector<std::size_t>& chosen, PredictedGain gain) {
+    const fit::StartModels fitted = fit::start_from(base);
+    const fit::JointLayout layout = fit::joint_layout(fitted, recordings);
+    const std::vector<std::vector<double>> whole = gain.amounts;
+    std::vector<fit::StartModels> starts;
+    for (const double factor : tried_factors) {
+        for (std::size_t e = 0; e < chosen.size(); ++e)
+            for (std::size_t k = 0; k < whole[e].size(); ++k)
+                gain.amounts[e][k] = factor * whole[e][k];
+        fit::StartModels& models =
+            starts.emplace_back(moved(fitted, layout, linear.own_change(chosen, gain)));
+        for (std::size_t e = 0; e < chosen.size(); ++e) {
+            const CandidateView& view = views[chosen[e]];
+            const EffectNode& node = view.columns.nodes[gain.nodes[e]];
+            for (std::size_t m = 0; m < models.size(); ++m)
+                models[m] = with_effect(models[m], view, node, gain.amounts[e], m, recordings);
         }
     }
-    return models;
-}
-
-std::string special_case_of(const physics::Effect& general, const fit::Fit& fit) {
-    std::string name = general.name();
-    std::size_t count = 0;
-    for (const physics::SpecialCase& special : general.special_cases()) {
-        const auto found = std::ranges::find_if(fit.parameters, [&](const auto& parameter) {
-            return parameter.id.effect == general.name() && parameter.id.name == special.parameter;
-        });
-        if (found == fit.parameters.end())
-            continue;
-        const double half_width = interval_half_width(*found);
-        const bool is_beyond_bound =
-            (special.value > found->upper && found->value + half_width >= found->upper) ||
-            (special.value < found->lower && found->value - half_width <= found->lower);
-        if (is_beyond_bound || std::abs(found->value - special.value) <= half_width) {
-            ++count;
-            name = special.effect;
-        }
-    }
-    return count == 1 ? name : general.name();
+    return starts;
 }
 
 bool contains_all(const fit::SelectedEffects& effects, const fit::SelectedEffects& some) {
@@ -183,7 +261,7 @@ bool contains_all(const fit::SelectedEffects& effects, const fit::SelectedEffect
 
 std::vector<fit::SelectedEffects>
 sets_to_compare(const fit::Fit& fit, std::span<const fit::ObservedRecording> recordings,
-                std::size_t known, const fit::SelectedEffects& candidates) {
+                std::size_t known) {
     std::vector<fit::SelectedEffects> sets;
     const fit::SelectedEffects& effects = fit.effects;
     for (std::size_t k = known; k < effects.size(); ++k) {
@@ -191,11 +269,6 @@ sets_to_compare(const fit::Fit& fit, std::span<const fit::ObservedRecording> rec
             fit::SelectedEffects& smaller = sets.emplace_back(effects);
             smaller.erase(smaller.begin() + static_cast<std::ptrdiff_t>(k));
         }
-        const std::string law = special_case_of(*effects[k].effect, fit);
-        for (const physics::SelectedEffect& special : candidates)
-            if (special.effect->name() == law && law != effects[k].effect->name())
-                sets.emplace_back(effects)[k] = {special.effect, special.fixed,
-                                                 effects[k].absent_from};
         for (const measure::Measurement& recording : recordings)
             if (may_be_absent(fit, k, recording.stem.id)) {
                 std::vector<std::string>& absent = sets.emplace_back(effects)[k].absent_from;
@@ -206,40 +279,75 @@ sets_to_compare(const fit::Fit& fit, std::span<const fit::ObservedRecording> rec
     return sets;
 }
 
-fit::Fit without(fit::Fit fit, const std::vector<std::string>& names) {
-    const auto is_one = [&](const std::string& name) {
-        return std::ranges::find(names, name) != names.end();
-    };
-    std::erase_if(fit.effects, [&](const auto& each) { return is_one(each.effect->name()); });
-    std::erase_if(fit.parameters, [&](const auto& each) { return is_one(each.id.effect); });
+fit::Fit fit_larger(const fit::SelectedEffects& effects, const fit::Fit& smaller,
+                    std::span<const fit::ObservedRecording> recordings,
+                    const fit::FitOptions& options) {
+    if (!smaller.moves() || smaller.failed())
+        return fit::fit_model(effects, smaller, recordings, options);
+    int runs = 0;
+    fit::Fit fit = smaller;
+    fit::Fit together;
+    fit::SelectedEffects rest = effects;
+    std::erase_if(rest, [&](const auto& each) { return fit::contains(smaller.effects, each); });
+    try {
+        while (!rest.empty() && !fit.failed()) {
+            const Additions additions(rest, fit, recordings, options);
+            if (rest.size() > 1 && fit.effects.size() == smaller.effects.size()) {
+                std::vector<std::size_t> all(rest.size());
+                std::iota(all.begin(), all.end(), 0);
+                together = additions.with(all);
+                runs += together.runs;
+            }
+            const std::size_t next = additions.likeliest();
+            fit = additions.with({next});
+            runs += fit.runs;
+            rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(next));
+        }
+    } catch (const std::runtime_error& error) { // InputError or NumericalError
+        fit = {};
+        fit.reason = error.what();
+    }
+    if (!together.failed() && (fit.failed() || together.weighted_rms < fit.weighted_rms))
+        fit = std::move(together);
+    fit.runs = runs;
+    fit.effects = effects;
+    fit.names = fit::model_names(fit::in_library_order(effects));
     return fit;
 }
 
-FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
-                        std::span<const fit::ObservedRecording> recordings,
-                        const fit::SelectedEffects& known, const fit::FitOptions& options) {
-    fit::Fit fit;
-    if (is_superposable(planned.effects) && smaller.moves()) {
-        std::optional<fit::StartModels> start = planned.start;
-        if (start)
-            set_superposed(*start, true);
-        const fit::Fit near =
-            fitted(planned.effects, start, superposed(smaller), recordings, options);
-        if (!near.failed()) {
-            start = fit::start_from(near);
-            set_superposed(*start, false);
-            fit = fit::refined(*start, planned.effects, smaller, recordings, options);
-            fit.runs += near.runs;
+FittedModel fit_planned(const PlannedModel& given, const fit::Fit& smaller,
+                        std::span<const fit::ObservedRecording> measured,
+                        const fit::SelectedEffects& known, const Policy& policy,
+                        const fit::FitOptions& options, const fit::Fit* stated_chain) {
+    const std::vector<fit::ObservedRecording> recordings = with_second_mode_terms(
+        measured, given.starts.empty() ? fit::start_from(smaller) : given.starts.front(),
+        smaller.parts);
+    PlannedModel planned = given;
+    for (fit::StartModels& start : planned.starts)
+        start = beside_errors_of(std::move(start), recordings);
+    fit::Fit fit = planned.starts.empty()
+                       ? fit_larger(planned.effects, smaller, recordings, options)
+                       : fit_from(planned.starts, planned.effects, smaller, recordings, options);
+    if (fit.failed() && stated_chain != nullptr)
+        if (const fit::Fit stated = fit_larger(planned.effects, *stated_chain,
+                                               fit::with_inputs_as_stated(recordings), options);
+            !stated.failed())
+            fit = fit::refined(beside_errors_of(fit::start_from(stated), recordings),
+                               planned.effects, smaller, recordings, options);
+    if (!fit.failed() && fit.moves())
+        if (const auto own = with_second_mode_terms(measured, fit::start_from(fit), fit.parts);
+            !fit::have_like_model_terms(own, recordings)) {
+            fit::Fit again = fit::refined(beside_errors_of(fit::start_from(fit), own),
+                                          planned.effects, smaller, own, options);
+            again.runs += fit.runs;
+            if (!again.failed())
+                fit = std::move(again);
         }
-    }
-    if (fit.failed()) {
-        const int runs = fit.runs;
-        fit = fitted(planned.effects, planned.start, smaller, recordings, options);
-        fit.runs += runs;
-    }
     FittedModel out;
     if (!fit.failed())
         out.evidence = evidence_of(fit, recordings, known);
+    out.is_inadequate =
+        fit.is_fitted() && verdict_on(fit, recordings, policy).finding == Finding::Inadequate;
     out.fit = fit::numbers_of(fit);
     return out;
 }

@@ -4,6 +4,7 @@
 
 #include "diagnose/evidence/linear_evidence.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
+#include "diagnose/policy.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/fit_numbers.hpp"
 
@@ -22,56 +23,60 @@ using ModelKey = std::vector<std::string>;
 /// Can the effects act together? A family whose laws are one law permits at most one effect.
 [[nodiscard]] bool can_be_combined(const fit::SelectedEffects& effects);
 
-/// The only law that the general one's 95 % interval in `fit` contains; the name of the general law
-/// if it contains none or several. A bound that keeps away from a law is part of the interval.
-[[nodiscard]] std::string special_case_of(const physics::Effect& general, const fit::Fit& fit);
-
 [[nodiscard]] bool contains_all(const fit::SelectedEffects& effects,
                                 const fit::SelectedEffects& some);
 
 /// Effects of models to compare with `fit`: without one of its effects after the first `known`,
-/// with a special case of a general law, and with an effect that is absent from one recording (a
-/// mass at its tip need not act in all).
+/// and with an effect that is absent from one recording (a mass at its tip need not act in all).
 [[nodiscard]] std::vector<fit::SelectedEffects>
 sets_to_compare(const fit::Fit& fit, std::span<const fit::ObservedRecording> recordings,
-                std::size_t known, const fit::SelectedEffects& candidates);
-
-/// The numbers of the fit, without those of the effects `names`.
-[[nodiscard]] fit::Fit without(fit::Fit fit, const std::vector<std::string>& names);
+                std::size_t known);
 
 inline constexpr double not_predicted = std::numeric_limits<double>::quiet_NaN();
 
 /// A fitted model as a rank returns it.
 struct FittedModel {
-    fit::Fit fit;
+    fit::Fit fit; ///< its numbers, with the error terms of the readings
     ModelEvidence evidence;
+    bool is_inadequate = false; ///< it fails the tests for lack of fit
 };
 template <class Wire>
 void fields(Wire& wire, FittedModel& model) {
     fields(wire, model.fit);
-    wire(model.evidence);
+    wire(model.evidence, model.is_inadequate);
 }
 
 /// A model to be fitted.
 struct PlannedModel {
     fit::SelectedEffects effects;
     double predicted = not_predicted;
-    std::optional<fit::StartModels> start; ///< where the linear estimate leads; none: all starts
+    std::vector<fit::StartModels> starts; ///< along the way of a prediction, or one near the end
 };
 
-/// The models of the recordings with the effects `chosen` among `views`, with the sizes and
-/// locations of `gain`, and with the other parameters of `base` changed accordingly.
-[[nodiscard]] fit::StartModels
-start_at_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
-                  const std::vector<CandidateView>& views, const LinearEvidence& linear,
-                  const std::vector<std::size_t>& chosen, const PredictedGain& gain);
+/// Models of the recordings on the way to the linear estimate: with the effects `chosen` among
+/// `views`, and with the sizes of `gain` and the changes of the base's own parameters multiplied by
+/// 1, 1/2, … 1/64 and 0. Locations are those of `gain`.
+[[nodiscard]] std::vector<fit::StartModels>
+starts_to_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
+                   const std::vector<CandidateView>& views, const LinearEvidence& linear,
+                   const std::vector<std::size_t>& chosen, PredictedGain gain);
 
-/// Fits from the plan's start or, if there is none or it fails, from all starts of
-/// fit_with_parts(). A model that leaves the plane is first fitted by planar chains
-/// (fit/model/superposition.hpp). `smaller`: a fitted model with some of the effects.
+/// Adds the effects to `smaller` together and one by one, the one that is predicted to explain most
+/// first, each time from the linear estimate about the fit before; the better fit counts. If
+/// nothing moves in `smaller`, as fit::fit_model(). Never throws for a model that cannot be fitted
+/// or combined, but returns FitStatus::Failed with the reason.
+[[nodiscard]] fit::Fit fit_larger(const fit::SelectedEffects& effects, const fit::Fit& smaller,
+                                  std::span<const fit::ObservedRecording> recordings,
+                                  const fit::FitOptions& options = {});
+
+/// Fits from the best of the plan's starts or, if there is none, as fit_larger(). `smaller`: a
+/// fitted model with some of the effects. The errors of the second mode are those about the first
+/// start, or about `smaller`; if they differ about the fit, it is fitted again. A fit that
+/// fails is tried from `stated_chain`, the chain with every input as stated, unless that is null.
 [[nodiscard]] FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
                                       std::span<const fit::ObservedRecording> recordings,
-                                      const fit::SelectedEffects& known,
-                                      const fit::FitOptions& options);
+                                      const fit::SelectedEffects& known, const Policy& policy,
+                                      const fit::FitOptions& options,
+                                      const fit::Fit* stated_chain = nullptr);
 
 } // namespace culm::diagnose

@@ -9,8 +9,6 @@ namespace culm::diagnose {
 struct Policy {
     /// Prior probability that an effect of the library acts.
     double effect_probability = 0.05;
-    /// T, which divides log evidences: no law, noise or input of a model is exact.
-    double temperature = 2.0;
     /// Margin below the best log evidence beyond which a model is not fitted: odds of 150 to 1.
     double unvisited_margin = 5.0;
     /// Reduced χ² above which only single additions are predicted: the linearisation is rough.

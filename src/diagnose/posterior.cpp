@@ -19,7 +19,6 @@ using Names = std::vector<std::string>;
 struct Share {
     std::string effect;
     double fall = 0.0;
-    bool moves_material = false;        ///< Y or β leaves its interval without it
     std::optional<std::size_t> smaller; ///< the visited model without it
 };
 
@@ -58,18 +57,13 @@ class Judgement {
         Names names = material(model.base);
         std::vector<Share> shares = shares_of(model.base);
         for (std::size_t k = 0; k < model.added.size(); ++k) {
-            shares.push_back({model.added[k], model.falls[k], false, {}});
+            shares.push_back({model.added[k], model.falls[k], {}});
             if (is_material(shares))
                 names.push_back(model.added[k]);
             else
                 shares.pop_back();
         }
         return in_order(std::move(names));
-    }
-
-    /// χ² above the noise.
-    [[nodiscard]] double excess(const VisitedModel& model) const {
-        return std::max(0.0, misfit(model) - readings_);
     }
 
   private:
@@ -80,8 +74,7 @@ class Judgement {
             before += std::max(0.0, shares[k].fall / readings_);
         const double least = std::max(options_.policy.immaterial_noise,
                                       options_.policy.immaterial_share * std::sqrt(before));
-        return std::sqrt(std::max(0.0, shares.back().fall / readings_)) > least ||
-               shares.back().moves_material;
+        return std::sqrt(std::max(0.0, shares.back().fall / readings_)) > least;
     }
 
     [[nodiscard]] Names in_order(Names names) const {
@@ -108,8 +101,6 @@ class Judgement {
             if (smaller != search_.visited.end()) {
                 share.smaller = static_cast<std::size_t>(smaller - search_.visited.begin());
                 share.fall = misfit(*smaller) - misfit(model);
-                share.moves_material =
-                    share.fall > fit::contradiction * fit::contradiction && moves(*smaller, model);
             } else {
                 share.fall = fall_of(model, share.effect);
             }
@@ -125,23 +116,6 @@ class Judgement {
             sum += model.evidence.misfits[m] /
                    (search_.noise.is_noise_known[m] ? 1.0 : search_.noise.variance[m]);
         return sum;
-    }
-
-    /// Does Y or β of the model lie beyond the 95 % interval of the smaller one?
-    [[nodiscard]] static bool moves(const VisitedModel& smaller, const VisitedModel& larger) {
-        for (const physics::ParameterId& id :
-             {physics::bond_youngs_modulus, physics::bond_damping}) {
-            const auto before =
-                std::ranges::find(smaller.fit.parameters, id, &fit::FittedParameter::id);
-            const auto after =
-                std::ranges::find(larger.fit.parameters, id, &fit::FittedParameter::id);
-            if (before == smaller.fit.parameters.end() || after == larger.fit.parameters.end())
-                continue;
-            const double change = std::abs(after->value - before->value);
-            if (change > interval_half_width(*before))
-                return true;
-        }
-        return false;
     }
 
     /// From the quadratic form of χ² at the model's minimum.
@@ -169,14 +143,6 @@ physics::EffectPointer effect_of(const DiagnosisOptions& options, const std::str
         if (candidate.effect->name() == name)
             return candidate.effect;
     return nullptr;
-}
-
-/// The special cases of the effects that are general laws, as far as the fit determines them.
-Names resolved_in(Names names, const fit::Fit& fit, const DiagnosisOptions& options) {
-    for (std::string& name : names)
-        if (const physics::EffectPointer effect = effect_of(options, name))
-            name = special_case_of(*effect, fit);
-    return names;
 }
 
 /// Adds the probability of a model to the explanation by the same effects.
@@ -259,17 +225,9 @@ void add_explanations(std::map<Names, Explanation> sets, double total,
 
 } // namespace
 
-Posterior posterior_of(const SearchResult& search, const DiagnosisOptions& options,
-                       bool leaves_structure) {
+Posterior posterior_of(const SearchResult& search, const DiagnosisOptions& options) {
     const Judgement judgement(search, options);
     const VisitedModel& best = search.visited[search.best];
-    // Does the model explain as much as laws of this accuracy can, without more effects than the
-    // best model?
-    const auto is_rival = [&](const VisitedModel& model) {
-        return leaves_structure && model.fit.effects.size() <= best.fit.effects.size() &&
-               judgement.excess(model) <=
-                   options.policy.unexplained_share * judgement.excess(search.visited.front());
-    };
     Posterior out;
     std::map<Names, Explanation> sets;
     double total = 0.0;
@@ -286,22 +244,17 @@ Posterior posterior_of(const SearchResult& search, const DiagnosisOptions& optio
         model.log_evidence = log_evidence(visited.evidence, search.noise) - best_evidence;
         if (!visited.evidence.absent_effects.empty())
             continue; // it is a smaller model
-        model.probability =
-            is_rival(visited) ? 1.0 : std::exp(model.log_evidence / options.policy.temperature);
+        model.probability = std::exp(model.log_evidence);
         total += model.probability;
         const Names names = judgement.material(k);
-        add({resolved_in(names, visited.fit, options), model.probability, k,
-             names.size() == model.effects.size()},
-            search.visited, sets);
+        add({names, model.probability, k, names.size() == model.effects.size()}, search.visited,
+            sets);
     }
     for (const UnvisitedModel& model : search.unvisited) {
         const double probability =
-            std::exp((model.log_evidence - best.log_evidence) /
-                     (options.policy.temperature * search.noise.mean_known()));
+            std::exp((model.log_evidence - best.log_evidence) / search.noise.mean_known());
         total += probability;
-        add({resolved_in(judgement.material(model), search.visited[model.base].fit, options),
-             probability, search.best, false},
-            search.visited, sets);
+        add({judgement.material(model), probability, search.best, false}, search.visited, sets);
     }
     for (ModelProbability& model : out.models)
         model.probability /= total;

@@ -13,7 +13,10 @@ namespace culm::diagnose {
 /// An effect of the library, or its family where the recording does not determine the law.
 struct NamedFamily {
     physics::Family family = physics::Family::Own;
-    std::vector<std::string> members; ///< one: it is this effect; several: one of them
+    std::vector<std::string> members; ///< the likeliest first
+    /// Also laws that the library lacks are possible: of air and of material damping, unless every
+    /// other law of the family fails the tests for lack of fit.
+    bool is_open = false;
 };
 
 /// A set of effects that matter, with all models whose other effects are immaterial.
@@ -53,10 +56,8 @@ struct Posterior {
     std::vector<ImmaterialEffect> immaterial; ///< of the best model
 };
 
-/// P(m) ∝ exp(log Z(m)/T) over all visited models and the predictions of the others: steps 6 to 8
-/// of docs/diagnosis.md. If `leaves_structure` (the best model's residual is more than noise), all
-/// models that leave at most Policy::unexplained_share of the misfit are equally probable.
-[[nodiscard]] Posterior posterior_of(const SearchResult& search, const DiagnosisOptions& options,
-                                     bool leaves_structure);
+/// P(m) ∝ Z(m) over all visited models and the predictions of the others: steps 6 to 8 of
+/// docs/diagnosis.md.
+[[nodiscard]] Posterior posterior_of(const SearchResult& search, const DiagnosisOptions& options);
 
 } // namespace culm::diagnose

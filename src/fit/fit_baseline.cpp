@@ -2,6 +2,7 @@
 #include "fit/fit_model.hpp"
 #include "fit/fit_numbers.hpp"
 #include "fit/solve/reading_errors.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -34,40 +35,13 @@ BaselineFit fit_chain_to(std::vector<ObservedRecording> known, std::vector<Recor
     return out;
 }
 
-/// The largest fitted model within `effects`; the chain itself if there is none.
-const Fit& model_within(const SelectedEffects& effects, const std::vector<Fit>& models) {
-    const Fit* within = &models.front();
-    for (const Fit& model : models)
-        if (!model.failed() && std::ranges::all_of(model.effects, [&](const auto& each) {
-                return contains(effects, each);
-            }))
-            within = &model;
-    return *within;
-}
-
-/// The last model that could be fitted and in which the stem moves; null if there is none.
-const Fit* last_moving(const std::vector<Fit>& models) {
-    const auto last = std::find_if(models.rbegin(), models.rend(), [](const Fit& model) {
-        return !model.failed() && model.moves();
-    });
-    return last == models.rend() ? nullptr : &*last;
-}
-
-/// Linearises the error terms about `stated`, fits the model together with them, and adds their
-/// contribution to the intervals of `stated`.
-ModelFit judged_model(Fit stated, std::span<const ObservedRecording> recordings,
-                      const FitOptions& options) {
-    if (stated.failed() || !stated.moves())
-        return {stated, stated};
-    const std::vector<ObservedRecording> known =
-        with_reading_errors(recordings, stated.parts, options.heartbeat);
-    ModelFit out{std::move(stated), {}};
-    out.judged = fit_again(out.stated.effects, out.stated.parts, known, options);
-    if (out.judged.failed()) // the inputs diverge if the model is far off
-        out.judged = out.stated;
-    out.judged.runs += out.stated.runs;
-    add_input_uncertainty(known, out.judged.reduced_chi_squared, out.stated);
-    return out;
+/// Changes Y and β of the model so that the case which it computes has those of `wanted`.
+void compute_with(const physics::StemParameters<double>& wanted, StemModel& model) {
+    const physics::StemParameters<double> now = case_beside_errors(model).stem;
+    for (const auto member : {&physics::StemParameters<double>::bond_youngs_modulus,
+                              &physics::StemParameters<double>::bond_damping})
+        if (now.*member > 0.0)
+            model.spec.stem.*member *= wanted.*member / now.*member;
 }
 
 } // namespace
@@ -81,17 +55,11 @@ Fit as_stated(const Fit& judged, const Fit& smaller, std::span<const ObservedRec
     const std::vector<ObservedRecording> exact = with_inputs_as_stated(recordings);
     StartModels start = models_of(judged, recordings, options);
     for (std::size_t m = 0; m < start.size(); ++m) {
-        const run::CaseSpec computed = case_beside_errors(start[m]);
+        const physics::StemParameters<double> computed = case_beside_errors(start[m]).stem;
         start[m] = beside_errors(std::move(start[m]), exact[m]);
-        const run::CaseSpec unchanged = case_beside_errors(start[m]);
-        for (const auto member : {&physics::StemParameters<double>::bond_youngs_modulus,
-                                  &physics::StemParameters<double>::bond_damping})
-            if (unchanged.stem.*member > 0.0)
-                start[m].spec.stem.*member *= computed.stem.*member / unchanged.stem.*member;
+        compute_with(computed, start[m]);
     }
     Fit stated = refined(start, judged.effects, smaller, exact, options);
-    if (stated.failed())
-        stated = fit_with_parts(judged.effects, smaller, exact, options);
     if (!stated.failed())
         add_input_uncertainty(with_reading_errors(recordings, stated.parts, options.heartbeat),
                               judged.reduced_chi_squared, stated);
@@ -125,6 +93,44 @@ BaselineFit fit_baseline(std::span<const measure::Measurement> measurements,
     return out;
 }
 
+StartModels with_chain(const Fit& numbers, std::span<const ObservedRecording> from,
+                       const FitOptions& from_options,
+                       std::span<const ObservedRecording> recordings, const FitOptions& options) {
+    const StartModels before = models_of(numbers, from, from_options);
+    StartModels models = models_of(numbers, recordings, options);
+    for (std::size_t m = 0; m < models.size(); ++m) {
+        const auto modes = run::chain_modes(case_beside_errors(before[m]), 1);
+        if (modes.empty())
+            continue;
+        StemModel computed = models[m];
+        computed.spec = case_beside_errors(models[m]);
+        keep_first_mode(modes.front(), computed);
+        compute_with(computed.spec.stem, models[m]);
+    }
+    return models;
+}
+
+BaselineFit baseline_with_chain(const BaselineFit& other, const FitOptions& from,
+                                std::span<const measure::Measurement> measurements,
+                                const FitOptions& options) {
+    if (other.alone.empty()) // nothing moves: there is no fit to start from
+        return fit_baseline(measurements, options);
+    std::vector<ObservedRecording> recordings = observed(measurements);
+    std::vector<RecordingFit> alone;
+    for (std::size_t m = 0; m < recordings.size(); ++m) {
+        const std::span<const ObservedRecording> own(&recordings[m], 1);
+        Fit numbers;
+        numbers.parameters = other.alone[m].parameters;
+        alone.push_back(std::move(fit_jointly(with_chain(numbers, own, from, own, options), own,
+                                              {options.solve(), {}, {}})
+                                      .parts.front()));
+    }
+    recordings = with_reading_errors(recordings, alone, options.heartbeat);
+    for (std::size_t m = 0; m < recordings.size(); ++m)
+        recordings[m].noise_model = other.recordings[m].noise_model;
+    return fit_chain_to(std::move(recordings), std::move(alone), std::nullopt, options);
+}
+
 std::optional<BaselineFit>
 baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
                          std::span<const measure::Measurement> measurements,
@@ -147,42 +153,6 @@ baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
     if (!is_other)
         return std::nullopt;
     return fit_chain_to(std::move(known), baseline.alone, std::nullopt, options);
-}
-
-NestedFits fit_nested(std::span<const measure::Measurement> measurements,
-                      const std::vector<SelectedEffects>& effect_sets, const FitOptions& options) {
-    for (const measure::Measurement& recording : measurements) { // throws if a model is invalid
-        const StemModel chain = baseline_model(recording, options.chain);
-        for (const SelectedEffects& effects : effect_sets)
-            static_cast<void>(candidate_model(chain, effects, recording));
-    }
-    BaselineFit baseline = fit_baseline(measurements, options);
-    std::vector<ObservedRecording> exact = with_inputs_as_stated(baseline.recordings);
-    std::vector<Fit> stated{baseline.stated};
-    for (const SelectedEffects& effects : effect_sets)
-        stated.push_back(fit_with_parts(effects, model_within(effects, stated), exact, options));
-    // The first estimate of the noise may contain the missing effect.
-    const Fit* const last = last_moving(stated);
-    std::optional<BaselineFit> again;
-    if (last != nullptr && baseline.alone.empty()) {
-        again = baseline;
-        again->recordings =
-            with_reading_errors(observed(measurements), last->parts, options.heartbeat);
-    } else if (last != nullptr && !last->effects.empty()) {
-        again = baseline_beside_noise_of(*last, baseline, measurements, options);
-    }
-    if (again && !again->fit.failed()) {
-        baseline = *std::move(again);
-        exact = with_inputs_as_stated(baseline.recordings);
-        for (std::size_t k = 1; k < stated.size(); ++k)
-            if (!stated[k].failed() && stated[k].moves())
-                stated[k] = fit_again(stated[k].effects, stated[k].parts, exact, options);
-    }
-    NestedFits out{std::move(baseline.recordings),
-                   {{std::move(baseline.stated), std::move(baseline.fit)}}};
-    for (std::size_t k = 1; k < stated.size(); ++k)
-        out.models.push_back(judged_model(std::move(stated[k]), out.recordings, options));
-    return out;
 }
 
 } // namespace culm::fit

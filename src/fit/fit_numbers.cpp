@@ -4,13 +4,21 @@
 #include "fit/solve/layout.hpp"
 #include "fit/solve/reading_errors.hpp"
 #include "fit/solve/residual_statistics.hpp"
+#include "fit/solve/second_mode_errors.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace culm::fit {
 Fit numbers_of(const Fit& fit) {
     Fit out = fit;
+    for (const RecordingFit& part : fit.parts) {
+        std::vector<ReadingErrors::Term>& terms = out.model_terms.emplace_back();
+        if (part.model.errors)
+            std::ranges::copy_if(part.model.errors->terms, std::back_inserter(terms),
+                                 &ReadingErrors::Term::is_of_model);
+    }
     out.parts.clear();
     out.places.clear();
     out.noise.clear();
@@ -33,8 +41,12 @@ double deviance(const Fit& fit) {
 std::vector<StemModel> models_of(const Fit& numbers, std::span<const ObservedRecording> recordings,
                                  const FitOptions& options) {
     std::vector<StemModel> models;
-    for (const ObservedRecording& recording : recordings)
-        models.push_back(observed_model(numbers.effects, recording, options.chain));
+    for (std::size_t m = 0; m < recordings.size(); ++m)
+        models.push_back(observed_model(
+            numbers.effects,
+            m < numbers.model_terms.size() ? with_model_terms(recordings[m], numbers.model_terms[m])
+                                           : recordings[m],
+            options.chain));
     const JointLayout layout = joint_layout(models, recordings);
     for (std::size_t m = 0; m < models.size(); ++m)
         for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
@@ -52,15 +64,14 @@ std::vector<StemModel> models_of(const Fit& numbers, std::span<const ObservedRec
 Fit restored(const Fit& numbers, std::span<const ObservedRecording> recordings,
              const FitOptions& options) {
     Fit out = numbers;
+    out.model_terms.clear();
     out.runs = static_cast<int>(recordings.size());
     const std::vector<StemModel> models = models_of(numbers, recordings, options);
     const JointLayout layout = joint_layout(models, recordings);
-    SolveOptions at_once;
-    at_once.window = options.window;
-    at_once.heartbeat = options.heartbeat;
     for (std::size_t m = 0; m < models.size(); ++m) {
-        out.parts.push_back(fit_chain_with_held(
-            models[m], recordings[m], std::vector<bool>(models[m].free_count(), true), at_once));
+        out.parts.push_back(fit_chain_with_held(models[m], recordings[m],
+                                                std::vector<bool>(models[m].free_count(), true),
+                                                options.solve()));
         std::vector<std::size_t>& places = out.places.emplace_back();
         for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
             const JointLayout::Share& share = layout.shares[m][k];

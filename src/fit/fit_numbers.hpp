@@ -25,8 +25,8 @@ void fields(Wire& wire, RecordingMisfit& misfit) {
 template <class Wire>
 void fields(Wire& wire, Fit& numbers) {
     wire(numbers.names, numbers.status, numbers.reason, numbers.parameters, numbers.chi_squared,
-         numbers.reduced_chi_squared, numbers.rmse, numbers.readings, numbers.runs,
-         numbers.misfits);
+         numbers.reduced_chi_squared, numbers.rmse, numbers.readings, numbers.runs, numbers.misfits,
+         numbers.model_terms);
 }
 
 /// The models of the recordings with the numbers of the fit.

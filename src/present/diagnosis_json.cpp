@@ -204,7 +204,9 @@ json where_of(const DiagnosisReport& report, std::size_t part) {
 
 json families_json(const std::vector<diagnose::NamedFamily>& families) {
     return array_of(families, [](const diagnose::NamedFamily& named) -> json {
-        return {{"family", physics::to_string(named.family)}, {"members", named.members}};
+        return {{"family", physics::to_string(named.family)},
+                {"members", named.members},
+                {"by_family", named.is_open}};
     });
 }
 

@@ -96,11 +96,12 @@ std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
     return sentences;
 }
 
-/// "quadratic_drag", "material damping (relaxation or hysteretic_damping)".
+/// "taper", "clamp (clamp_compliance or clamp_friction)", "air (most like quadratic_drag)".
 std::string family_name(const diagnose::NamedFamily& named) {
-    return named.members.size() == 1 ? named.members.front()
-                                     : fmt::format("{} ({})", physics::to_string(named.family),
-                                                   fmt::join(named.members, " or "));
+    if (named.members.size() == 1 && !named.is_open)
+        return named.members.front();
+    return fmt::format("{} ({}{})", physics::to_string(named.family),
+                       named.is_open ? "most like " : "", fmt::join(named.members, " or "));
 }
 
 /// The effects of one explanation.
@@ -186,6 +187,10 @@ std::vector<std::string> explanations(const DiagnosisReport& report) {
         for (std::string& sentence : sentences_on_unknown(found))
             sentences.push_back(std::move(sentence));
     }
+    if (!found.is_complete)
+        sentences.push_back(
+            fmt::format("The search ended after {} models; likelier ones may exist.",
+                        found.posterior.models.size()));
     if (std::string said = contradiction_sentence(found.final_fit.parameters); !said.empty())
         sentences.push_back(std::move(said));
     return sentences;
@@ -199,8 +204,14 @@ std::string effect_lines(const DiagnosisReport& report) {
         for (const diagnose::Explanation& each : report.found.posterior.explanations)
             if (std::ranges::find(each.effects, effect) != each.effects.end())
                 probability += each.probability;
-        text += result_lines("  ", fmt::format("{}, probability {:.2f}: {}", effect, probability,
-                                               report.summary_of(effect)));
+        const bool is_likeliest_law =
+            std::ranges::any_of(report.found.alternatives.front().families, [&](const auto& named) {
+                return named.is_open &&
+                       std::ranges::find(named.members, effect) != named.members.end();
+            });
+        text += result_lines("  ", fmt::format("{}{}, probability {:.2f}: {}", effect,
+                                               is_likeliest_law ? ", the likeliest law" : "",
+                                               probability, report.summary_of(effect)));
         text += strength_lines(report, effect);
     }
     return text;
@@ -289,10 +300,13 @@ std::string what_it_shows(const diagnose::Experiment& experiment) {
 std::string experiment_lines(const std::vector<diagnose::Experiment>& experiments) {
     if (experiments.empty() || experiments.front().expected_gap < 1.0)
         return {};
+    constexpr double most_sigma = 10.0; // errors of the models count from there on
     const diagnose::Experiment& best = experiments.front();
+    const double sigma = std::sqrt(best.expected_gap);
     return wrapped("next experiment: ",
-                   fmt::format("{}: {} with {:.0f} sigma", best.what, what_it_shows(best),
-                               std::sqrt(best.expected_gap)),
+                   fmt::format("{}: {} with {} sigma", best.what, what_it_shows(best),
+                               sigma > most_sigma ? fmt::format("more than {:.0f}", most_sigma)
+                                                  : fmt::format("{:.0f}", sigma)),
                    result_width - 17);
 }
 

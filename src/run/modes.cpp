@@ -56,6 +56,12 @@ std::vector<ShapedMode> shaped_modes(const CaseSpec& spec, std::size_t count) {
     // The rotation of a clamp comes first, then a displacement and a rotation of each sphere.
     const Eigen::Index spheres = spec.stem.sphere_count - 1;
     const Eigen::Index first = chain.mass.size() - 2 * spheres;
+    // A force at the tip deflects it by φ(tip)²/ω² in each mode of unit modal mass.
+    const Eigen::Index tip = chain.mass.size() - 2;
+    const Eigen::VectorXd compliance = (scale(tip) * solver.eigenvectors().row(tip))
+                                           .cwiseAbs2()
+                                           .transpose()
+                                           .cwiseQuotient(solver.eigenvalues());
     std::vector<ShapedMode> shaped;
     for (const integrate::VibrationMode& mode : chain_modes(spec, count)) {
         const auto k = static_cast<Eigen::Index>(shaped.size());
@@ -63,7 +69,8 @@ std::vector<ShapedMode> shaped_modes(const CaseSpec& spec, std::size_t count) {
         const auto at = [&](Eigen::Index sphere) {
             return sphere <= 0 ? 0.0 : vector(first + 2 * (sphere - 1));
         };
-        ShapedMode& out = shaped.emplace_back(ShapedMode{mode, {}});
+        ShapedMode& out =
+            shaped.emplace_back(ShapedMode{mode, compliance(k) / compliance.sum(), {}});
         for (std::size_t j = 0; j < spec.heights.size(); ++j) {
             if (!measure::is_of_camera(spec.sensors, j)) {
                 std::vector<double> shape;

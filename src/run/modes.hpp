@@ -18,6 +18,8 @@ namespace culm::run {
 /// A mode, and what the case's sensors read of its shape, whose deflection is 1 at the tip.
 struct ShapedMode {
     integrate::VibrationMode mode;
+    /// Deflection of the tip in this mode over that of a stem that is pulled at its tip.
+    double pull_share = 0.0;
     /// (heights) the deflection of the shape; of a sensor its reading, in which the shape stands
     /// for the deflections, the velocities or the accelerations.
     std::vector<double> reading;

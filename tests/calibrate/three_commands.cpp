@@ -71,9 +71,10 @@ void expect_same(const fit::RecordingFit& one, const fit::RecordingFit& other,
     for (const fit::FittedParameter& parameter : one.parameters) {
         const fit::FittedParameter* same = other.find(parameter.id);
         ASSERT_NE(same, nullptr) << to_string(parameter.id);
-        // A fit ends within 0.07 of the standard error due to the readings. The standard error
-        // here includes the inputs and is a multiple of that.
-        EXPECT_NEAR(same->value, parameter.value, 0.05 * parameter.standard_error)
+        // The diagnosis starts from a coarser chain, so that the integrator takes other steps: they
+        // change χ² by up to 0.2, and a parameter that only the readings determine by a tenth of
+        // its standard error.
+        EXPECT_NEAR(same->value, parameter.value, 0.1 * parameter.standard_error)
             << of << " " << to_string(parameter.id);
         EXPECT_NEAR(same->standard_error, parameter.standard_error, 0.02 * parameter.standard_error)
             << of << " " << to_string(parameter.id);

@@ -67,7 +67,8 @@ class Answers(Diagnose):
             self.assertGreater(len(found["where"][curve]), 2)
         # beta was 74 % too high (README.md); the number differs a little with few spheres.
         self.assertRegex(finished.stdout, r"beta \(law consistent\): .* a change of -4\d %")
-        self.assertIn("EFFECT: quadratic_drag is missing from the published chain (probability ",
+        self.assertIn("EFFECT: air (most like quadratic_drag) is missing from the published chain "
+                      "(probability ",
                       finished.stdout)
         self.assertRegex(finished.stdout, r"(?m)^next: culm compare \S+T2-quadratic_drag "
                                           r"--with quadratic_drag --spheres 24$")
@@ -225,6 +226,13 @@ class Laboratory(Diagnose):
         super().setUp()
         for name in ("A", "B"):
             self.copy_recording(DRAG, name, name, 'rig = "1"')
+
+    def test_says_once_that_recordings_without_a_specimen_are_several_stems(self):
+        finished = self.culm("diagnose", "A", "B", "--spheres", "12", "--window", "0.1",
+                             "--candidates", "quadratic_drag")
+        self.assert_exit(finished, DONE)
+        self.assertEqual(finished.stderr.count("A, B state no stem.specimen: each is taken as "
+                                               "another stem."), 1, finished.stderr)
 
     def test_shares_the_drag_of_the_rig_and_is_the_same_on_two_ranks(self):
         arguments = ("A", "B", "--spheres", "12", "--window", "0.2", "--candidates",

@@ -44,7 +44,7 @@ class Report(CulmTest):
         self.assert_exit(finished, DONE)
         self.assertEqual((finished.stdout, finished.stderr), ("page.html\n", ""))
         page = (self.folder / "page.html").read_text(encoding="utf-8")
-        for words in ("All 9 points were computed.", "EFFECT: quadratic_drag is missing",
+        for words in ("All 9 points were computed.", "EFFECT: air (most like quadratic_drag) is missing",
                       "The published chain is inadequate for T2; with quadratic_drag it is adequate."):
             self.assertIn(words, page)
         self.assertNotIn("Not on this page", page)

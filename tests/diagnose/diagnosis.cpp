@@ -105,14 +105,16 @@ TEST(Diagnosis, VisitsEveryModelThatMayMatter) {
     EXPECT_LT(found.largest_unvisited->log_evidence, -found.policy.unvisited_margin);
 }
 
-// power_drag contains quadratic_drag, and its exponent shows which law it is.
-TEST(Diagnosis, NamesTheSpecialCaseOfAGeneralLaw) {
+// The exponent of power_drag fits any drag: one recording names the family.
+TEST(Diagnosis, NamesTheFamilyAndItsLikeliestLaw) {
     const auto recordings = recording("T2-quadratic_drag");
     const diagnose::Diagnosis found =
         diagnose::diagnose(recordings, quick_diagnosis("power_drag,taper"));
     EXPECT_EQ(found.conclusion, Conclusion::Effect) << found.reason;
     ASSERT_EQ(found.families.size(), 1u);
-    EXPECT_EQ(found.families.front().members, std::vector<std::string>{"quadratic_drag"});
+    EXPECT_EQ(found.families.front().family, physics::Family::Air);
+    EXPECT_TRUE(found.families.front().is_open);
+    EXPECT_EQ(found.families.front().members, std::vector<std::string>{"power_drag"});
 }
 
 TEST(Diagnosis, TriesNoOtherLawOfDragBesideTheAnswer) {

@@ -190,6 +190,19 @@ TEST(Laboratory, SharesTheDragOfARigAndFindsTheMassOfOneStem) {
     }
 }
 
+// The laws of drag share the probability; the family is certain, and its second law is no second
+// effect.
+TEST(Laboratory, NamesACertainFamilyOnce) {
+    std::vector<beam::RecordingSpec> specs;
+    for (int k = 0; k < 3; ++k)
+        specs.push_back(stem_of_laboratory(k, 1.1));
+    diagnose::DiagnosisOptions options = quick_diagnosis("quadratic_drag,viscous_drag,power_drag");
+    const diagnose::Laboratory found = diagnose_laboratory(laboratory(specs), options);
+    EXPECT_EQ(found.conclusion, Conclusion::Effect) << found.reason;
+    EXPECT_EQ(found.reason.find(" and "), std::string::npos) << found.reason;
+    EXPECT_EQ(found.reason.find("other effects"), std::string::npos) << found.reason;
+}
+
 TEST(Laboratory, NamesNothingWhereTheChainIsRight) {
     std::vector<beam::RecordingSpec> specs;
     for (int k = 0; k < 4; ++k)

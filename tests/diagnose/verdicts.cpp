@@ -6,8 +6,10 @@
 #include "diagnosis_records.hpp"
 
 #include <algorithm>
+#include <array>
 #include <ostream>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -18,54 +20,87 @@ namespace {
 using diagnose::Conclusion;
 using Names = std::vector<std::string>;
 
-diagnose::Diagnosis diagnosis_of(const std::vector<measure::Measurement>& recordings) {
+diagnose::Diagnosis diagnosis_of(const std::vector<measure::Measurement>& recordings,
+                                 const fit::ChainOptions& chain = quick_fit().chain) {
     diagnose::DiagnosisOptions options;
-    options.candidate = quick_fit();
+    options.candidate.chain = chain;
     return diagnose::diagnose(recordings, options);
 }
 
 struct KnownAnswer {
     std::string name;
     Conclusion conclusion;
-    Names effects;
+    Names families; ///< of air and material damping; of others the effect
+    Names laws;     ///< one of them is the likeliest of the family
 };
 
-void PrintTo(const KnownAnswer& known, std::ostream* out) {
-    *out << known.name;
+const std::array known_answers{
+    KnownAnswer{"T1-null", Conclusion::Adequate, {}, {}},
+    KnownAnswer{"T2-quadratic_drag", Conclusion::Effect, {"air"}, {"quadratic_drag", "power_drag"}},
+    KnownAnswer{"T3-clamp_compliance", Conclusion::Effect, {"clamp_compliance"}, {}},
+    KnownAnswer{"T4-bending_nonlinearity", Conclusion::Effect, {"bending_nonlinearity"}, {}},
+    KnownAnswer{"T5-relaxation",
+                Conclusion::Effect,
+                {"material damping"},
+                {"relaxation", "fractional_zener"}},
+    KnownAnswer{"T6-clamp_friction", Conclusion::Effect, {"clamp_friction"}, {}},
+    KnownAnswer{"T7-quadratic_drag+clamp_compliance",
+                Conclusion::Effect,
+                {"air", "clamp_compliance"},
+                {"quadratic_drag", "power_drag"}}};
+
+/// How the answer is computed, which must not change it.
+struct Accuracy {
+    std::string name;
+    int spheres;
+    double tolerance; ///< over the usual one
+};
+
+const std::array accuracies{Accuracy{"usual", 20, 1.0}, Accuracy{"short", 14, 1.0},
+                            Accuracy{"long", 28, 1.0}, Accuracy{"rough", 20, 3.0},
+                            Accuracy{"fine", 20, 0.2}};
+
+using Case = std::tuple<KnownAnswer, Accuracy>;
+
+void PrintTo(const Case& given, std::ostream* out) {
+    *out << std::get<0>(given).name << ", " << std::get<1>(given).name;
 }
 
-class Verdict : public ::testing::TestWithParam<KnownAnswer> {};
+class Verdict : public ::testing::TestWithParam<Case> {};
 
-TEST_P(Verdict, IsTheTruthByName) {
-    const diagnose::Diagnosis found = diagnosis_of(recording(GetParam().name));
-    EXPECT_EQ(found.conclusion, GetParam().conclusion) << found.reason;
+TEST_P(Verdict, IsTheTruthAtEveryAccuracy) {
+    const auto& [known, accuracy] = GetParam();
+    fit::ChainOptions chain;
+    chain.spheres = accuracy.spheres;
+    chain.relative_tolerance *= accuracy.tolerance;
+    const diagnose::Diagnosis found = diagnosis_of(recording(known.name), chain);
+    EXPECT_EQ(found.conclusion, known.conclusion) << found.reason;
     Names named;
     for (const diagnose::NamedFamily& family : found.families) {
-        EXPECT_EQ(family.members.size(), 1u) << ::testing::PrintToString(family.members);
-        named.push_back(family.members.front());
+        named.push_back(family.is_open ? std::string(physics::to_string(family.family))
+                                       : family.members.front());
+        if (family.is_open)
+            EXPECT_NE(std::ranges::find(known.laws, family.members.front()), known.laws.end())
+                << family.members.front();
+        else
+            EXPECT_EQ(family.members.size(), 1u) << ::testing::PrintToString(family.members);
     }
-    EXPECT_EQ(named, found.effects);
     std::ranges::sort(named);
-    EXPECT_EQ(named, GetParam().effects);
+    EXPECT_EQ(named, known.families);
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Recordings, Verdict,
-    ::testing::Values(KnownAnswer{"T1-null", Conclusion::Adequate, {}},
-                      KnownAnswer{"T2-quadratic_drag", Conclusion::Effect, {"quadratic_drag"}},
-                      KnownAnswer{"T3-clamp_compliance", Conclusion::Effect, {"clamp_compliance"}},
-                      KnownAnswer{
-                          "T4-bending_nonlinearity", Conclusion::Effect, {"bending_nonlinearity"}},
-                      KnownAnswer{"T5-relaxation", Conclusion::Effect, {"relaxation"}},
-                      KnownAnswer{"T6-clamp_friction", Conclusion::Effect, {"clamp_friction"}},
-                      KnownAnswer{"T7-quadratic_drag+clamp_compliance",
-                                  Conclusion::Effect,
-                                  {"clamp_compliance", "quadratic_drag"}}),
-    [](const auto& given) { return given.param.name.substr(0, 2); });
+INSTANTIATE_TEST_SUITE_P(Recordings, Verdict,
+                         ::testing::Combine(::testing::ValuesIn(known_answers),
+                                            ::testing::ValuesIn(accuracies)),
+                         [](const auto& given) {
+                             return std::get<0>(given.param).name.substr(0, 2) + "_" +
+                                    std::get<1>(given.param).name;
+                         });
 
-// A taper, a gradient and a defect change the low modes alike: only the family is determined.
+// A taper (of 15 %), a gradient and a defect change the low modes alike: only the family is
+// determined.
 TEST(VerdictOfAFamily, IsTheGeometryOfAStemThatMayTaper) {
-    const beam::RandomCase hidden = beam::random_case(8, beam::CaseKind::Single, 0);
+    const beam::RandomCase hidden = beam::random_case(8, beam::CaseKind::Single, 36);
     ASSERT_EQ(hidden.spec.effects.front().name, "taper");
     const diagnose::Diagnosis found = diagnosis_of({beam::record(hidden.spec)});
     EXPECT_EQ(found.conclusion, Conclusion::Effect) << found.reason;
@@ -74,6 +109,16 @@ TEST(VerdictOfAFamily, IsTheGeometryOfAStemThatMayTaper) {
     const Names& members = found.families.front().members;
     EXPECT_NE(std::ranges::find(members, "taper"), members.end());
     EXPECT_GT(members.size(), 1u);
+}
+
+// A taper of 6 % explains 0.12 of the noise beyond what the second mode may do.
+TEST(VerdictOfAFamily, IsNotGivenForATaperThatTheSecondModeHides) {
+    const beam::RandomCase hidden = beam::random_case(8, beam::CaseKind::Single, 0);
+    ASSERT_EQ(hidden.spec.effects.front().name, "taper");
+    const diagnose::Diagnosis found = diagnosis_of({beam::record(hidden.spec)});
+    EXPECT_EQ(found.conclusion, Conclusion::Adequate) << found.reason;
+    ASSERT_EQ(found.posterior.immaterial.size(), 1u);
+    EXPECT_LT(found.posterior.immaterial.front().over_noise, 0.2);
 }
 
 // The same stem bare and with a known mass at its tip. Ruler and camera have errors.

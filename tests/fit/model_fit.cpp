@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "beam_generator/recording.hpp"
 #include "diagnose/diagnosis.hpp"
+#include "diagnose/planned_model.hpp"
 #include "fit/fit_model.hpp"
 #include "physics/effects/library.hpp"
 #include "support/parameter_ids.hpp"
@@ -73,7 +74,7 @@ TEST(Fit, FindsAHiddenTipMassNextToARecordingWithoutIt) {
     const fit::Fit baseline = fit::fit_model({}, {}, two);
     ASSERT_FALSE(baseline.failed()) << baseline.reason;
     EXPECT_GT(baseline.reduced_chi_squared, 100.0); // no material suits both
-    const fit::Fit fit = fit::fit_model(effects({"tip_mass"}), baseline, two);
+    const fit::Fit fit = diagnose::fit_larger(effects({"tip_mass"}), baseline, two, {});
     ASSERT_FALSE(fit.failed()) << fit.reason;
     EXPECT_NEAR(fit.reduced_chi_squared, 1.0, 0.15); // as above
     const double extra =
@@ -106,7 +107,7 @@ TEST(Diagnosis, NamesAMassInTheRecordingThatCarriesItAndInNoOther) {
 TEST(Fit, DoesNotDependOnTheOrderOfTheRecordings) {
     Recordings two{beam("a", 20e-3), beam("b", 15e-3, {{"tip_mass", {{"mass_kg", 5e-6}}}})};
     const auto fitted = [&] {
-        return fit::fit_model(effects({"tip_mass"}), fit::fit_model({}, {}, two), two);
+        return diagnose::fit_larger(effects({"tip_mass"}), fit::fit_model({}, {}, two, {}), two);
     };
     const fit::Fit one = fitted();
     std::ranges::reverse(two);
@@ -121,7 +122,7 @@ TEST(Fit, FindsOneValueForAnEffectOfBothRecordings) {
         {"clamp_compliance", {{"stiffness_nm_rad", 0.7}}}};
     const Recordings two{beam("a", 20e-3, yielding), beam("b", 12e-3, yielding)};
     const fit::Fit fit =
-        fit::fit_model(effects({"clamp_compliance"}), fit::fit_model({}, {}, two), two);
+        diagnose::fit_larger(effects({"clamp_compliance"}), fit::fit_model({}, {}, two, {}), two);
     ASSERT_FALSE(fit.failed()) << fit.reason;
     const double stiffness = parameter(fit, "clamp_compliance.stiffness_nm_rad").value;
     EXPECT_NEAR(stiffness, 0.7, 0.05 * 0.7);
@@ -134,12 +135,13 @@ TEST(Fit, DoesNotMoveForStraightReleasesWithoutGravity) {
         recording.release = measure::ReleaseKind::HeldStraight;
     const fit::Fit baseline = fit::fit_model({}, {}, two);
     EXPECT_FALSE(baseline.moves());
-    EXPECT_FALSE(fit::fit_model(effects({"tip_mass"}), baseline, two).moves());
+    EXPECT_FALSE(diagnose::fit_larger(effects({"tip_mass"}), baseline, two, {}).moves());
 }
 
 TEST(Fit, FailsWithAReasonForACandidateThatCannotBeApplied) {
     const Recordings two{beam("a", 20e-3), beam("b", 15e-3)};
-    const fit::Fit fit = fit::fit_model(effects({"gravity"}), fit::fit_model({}, {}, two), two);
+    const fit::Fit fit =
+        diagnose::fit_larger(effects({"gravity"}), fit::fit_model({}, {}, two, {}), two);
     EXPECT_FALSE(fit.is_fitted());
     EXPECT_NE(fit.reason.find("gravity has no direction"), std::string::npos) << fit.reason;
     EXPECT_EQ(fit.names, (std::vector<std::string>{"baseline", "gravity"}));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Each kind of start is needed: for each recording here, another start alone ends far above.
+// Several starts are needed for each recording here, and the linear estimate finds the best one.
 #include "fit/start/starts.hpp"
 
 #include "beam_generator/recording.hpp"
@@ -45,7 +45,7 @@ class Starts {
         return excess(fit_candidate(effects_, smaller_, recording_));
     }
     [[nodiscard]] std::vector<fit::StemModel> candidates() const {
-        return fit::candidate_starts(model_, smaller_.parts.front());
+        return fit::fit_starts(model_, smaller_.parts.front(), fit::StartSize::Absent);
     }
     [[nodiscard]] std::vector<double> excess_from_each() const {
         std::vector<double> found;
@@ -105,7 +105,8 @@ std::vector<Ends> ends_of_each_start() {
         const fit::SelectedEffects effects = physics::parse_effects("local_defect", {});
         const fit::StemModel model =
             fit::candidate_model(fit::baseline_model(recording), effects, recording);
-        for (const fit::StemModel& start : fit::candidate_starts(model, smaller.parts.front())) {
+        for (const fit::StemModel& start :
+             fit::fit_starts(model, smaller.parts.front(), fit::StartSize::Absent)) {
             fit::JointOptions once;
             once.chain.is_first_guess = false;
             ends.push_back({fit::fit_jointly({&start, 1}, {&recording, 1}, once),

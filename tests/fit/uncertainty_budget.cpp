@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/solve/uncertainty_budget.hpp"
 
+#include "diagnose/ladder.hpp"
 #include "fit/fit_model.hpp"
 #include "physics/effects/library.hpp"
 #include "support/parameter_ids.hpp"
@@ -9,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <span>
 
 #include <gtest/gtest.h>
 
@@ -67,7 +69,7 @@ TEST(UncertaintyBudget, FollowsDensityAndDiameterForADragCoefficient) {
         true_model(measurement, {}),
         physics::parse_effect("quadratic_drag(drag_coefficient=1.5)", {}), measurement);
     measurement = read_with_noise(measurement, truth, 3);
-    const fit::NestedFits fits = fit::fit_nested({&measurement, 1}, {drag});
+    const diagnose::NestedFits fits = diagnose::fit_nested({&measurement, 1}, {drag});
     const fit::RecordingFit& fit = fits.models.back().stated.parts.front();
     const fit::UncertaintyBudget budget =
         fit::uncertainty_budget(fit, fits.models.back().judged.parts.front(), measurement);
@@ -84,7 +86,8 @@ TEST(UncertaintyBudget, HasSharesThatSumToOneForEachParameter) {
     measure::Measurement measurement = simulated_measurement();
     measurement.uncertainties.frames_per_second = 1e-4;
     const auto [fit, budget] = fitted(measurement);
-    ASSERT_EQ(budget.inputs.size(), 6U);
+    ASSERT_EQ(budget.inputs.size(), 8U); // six stated inputs and the second mode
+    EXPECT_TRUE(budget.inputs.back().input.name.starts_with("loss of mode 2"));
     for (std::size_t p = 0; p < budget.combined.size(); ++p) {
         double sum = budget.share_of_readings(p);
         for (std::size_t k = 0; k < budget.inputs.size(); ++k)
@@ -126,8 +129,9 @@ TEST(UncertaintyBudget, HasTheSensitivitiesOfFitsToRestatedInputs) {
     measurement.uncertainties.frames_per_second = 1e-3;
     measurement = read_with_noise(measurement, true_model(measurement, {}), 3);
     const auto [fit, budget] = fitted(measurement);
-    ASSERT_EQ(budget.inputs.size(), 8U);
-    for (const fit::BudgetInput& line : budget.inputs) {
+    ASSERT_EQ(budget.inputs.size(), 10U);
+    EXPECT_TRUE(budget.inputs.back().input.name.starts_with("loss of mode 2"));
+    for (const fit::BudgetInput& line : std::span(budget.inputs).first(8)) { // that were stated
         // A tenth of u either way: the fit is linear there.
         const double change = 0.1 * line.input.standard_uncertainty;
         const fit::RecordingFit above = fitted(restated(measurement, line.input.name, change)).fit;

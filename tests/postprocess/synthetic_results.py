@@ -86,7 +86,7 @@ def comparison_rung(names, finding, predicted, decay):
     ratio = 5.0 if finding == "inadequate" else 1.0
     sentence = f"The model is {finding}."
     rung = {
-        "model": names, "added": names[1:], "runs": 9, "starts": 1, "moves": True,
+        "model": names, "added": names[1:], "runs": 9, "moves": True,
         "rmse_mm": NOISE_MM * ratio, "rmse_over_noise": ratio, "reduced_chi2": ratio**2,
         "contradicted_inputs": [{"name": "clamp height", "pull": 44.2}] if ratio > 1.0 else [],
         "degrees_of_freedom": 170, "effective_degrees_of_freedom": 120.5,
@@ -116,7 +116,7 @@ def comparison(name="T2"):
         "ladder": [comparison_rung(["baseline"], "inadequate", predicted[0], -0.15),
                    comparison_rung(["baseline", "quadratic_drag"], "adequate", predicted[1], -0.2),
                    {"model": ["baseline", "quadratic_drag", "taper"], "added": ["taper"],
-                    "runs": 3, "starts": 1, "step": "taper could not be fitted.",
+                    "runs": 3, "step": "taper could not be fitted.",
                     "failure": "a taper <of> no use"}],
     }
 
@@ -191,7 +191,7 @@ def diagnosis(name="T2", verdict="effect"):
         "immaterial": [{"effect": "rolling_shutter", "over_noise": 0.06}],
         "largest_unvisited": {"effects": ["taper"], "log_evidence": -5.5},
         "effects": ["quadratic_drag"] if named else [], "explained": 0.99, "parameters": united,
-        "families": [{"family": "air", "members": ["quadratic_drag"]}] if verdict == "effect" else [],
+        "families": [{"family": "air", "members": ["quadratic_drag"], "by_family": True}] if verdict == "effect" else [],
         "ladder": [rung, better] if named else [rung],
         "blind_spots": [spot, {"effect": "gravity", "failure": "no"},
                         {**spot, "effect": "camera_tilt", "beyond_bounds": True}],

@@ -2,6 +2,7 @@
 // Fits to one recording.
 #pragma once
 
+#include "diagnose/planned_model.hpp"
 #include "fit/fit_model.hpp"
 
 #include <span>
@@ -28,7 +29,7 @@ inline fit::Fit fit_candidate(const fit::SelectedEffects& effects, const fit::Fi
                               const measure::Measurement& measurement,
                               const fit::FitOptions& options = {}) {
     const fit::ObservedRecording recording(measurement);
-    return fit::fit_model(effects, smaller, {&recording, 1}, options);
+    return diagnose::fit_larger(effects, smaller, {&recording, 1}, options);
 }
 
 } // namespace culm::tests

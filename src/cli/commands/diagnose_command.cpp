@@ -341,13 +341,28 @@ core::ExitCode stopped_early(const DiagnoseArguments& arguments, bool prints) {
     return core::ExitCode::StoppedEarly;
 }
 
+/// Recordings that state no specimen are different stems, which their user may not expect.
+void remark_on_specimens(const DiagnosisPlan& plan) {
+    std::vector<std::string> silent;
+    for (const measure::Measurement& recording : plan.read.measurements)
+        if (recording.specimen.empty())
+            silent.push_back(recording.stem.id);
+    if (silent.size() > 1)
+        fmt::print(stderr,
+                   "{} state no stem.specimen: each is taken as another stem. Recordings of one "
+                   "stem need the same stem.specimen in stem.toml.\n",
+                   fmt::join(silent, ", "));
+}
+
 core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
                                      const farm::Communicator* communicator) {
     const DiagnosisPlan plan = plan_of(arguments);
     const RunProvenance provenance(diagnosis_inputs(plan), communicator);
     const std::unique_ptr<KeptItems> kept = kept_fits(arguments, plan, provenance, communicator);
-    if (plan.specimens.size() > 1 && !arguments.is_silent(communicator))
+    if (plan.specimens.size() > 1 && !arguments.is_silent(communicator)) {
+        remark_on_specimens(plan);
         announce_cost(arguments, plan, rank_count(communicator));
+    }
     diagnose::DiagnosisOptions options = options_of(arguments, plan);
     std::variant<diagnose::Diagnosis, diagnose::Laboratory> found;
     try {

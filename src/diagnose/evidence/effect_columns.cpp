@@ -7,10 +7,8 @@
 #include "fit/model/superposition.hpp"
 #include "fit/start/starts.hpp"
 #include "run/case_model.hpp"
-#include "run/modes.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -26,15 +24,6 @@ constexpr double least_offset = 1e-6;
 /// Largest grid of locations for which secants are computed in addition to derivatives.
 constexpr std::size_t most_secants = 3;
 
-/// From absent to the standard deviation of the prior, in eight lanes.
-constexpr std::array tried_sizes{0.0, 1e-5, 1e-4, 1e-3, 1e-2, 0.1, 0.3, 1.0};
-
-/// With motion out of the plane computed by planar chains.
-fit::StemModel superposed(fit::StemModel model) {
-    model.is_superposed = true;
-    return model;
-}
-
 class ColumnsOfEffect {
   public:
     ColumnsOfEffect(const fit::Fit& base, const StackedReadings& stacked,
@@ -44,8 +33,7 @@ class ColumnsOfEffect {
         : base_(base), stacked_(stacked), effect_(effect), recordings_(recordings),
           options_(options) {
         for (std::size_t m = 0; m < recordings.size(); ++m)
-            models_.push_back(
-                superposed(candidate_model(base.parts[m].model, {effect}, recordings[m])));
+            models_.push_back(candidate_model(base.parts[m].model, {effect}, recordings[m]));
         // The recording in which the effect acts.
         while (first_ + 1 < models_.size() &&
                models_[first_].spec.effects.size() == base.parts[first_].model.spec.effects.size())
@@ -86,44 +74,6 @@ class ColumnsOfEffect {
         return out;
     }
 
-    [[nodiscard]] SizedEffects at_sizes() {
-        SizedEffects out;
-        if (own_.empty()) {
-            out.sizes.push_back({1.0, 1.0, 1.0, read({models_}).front() - stacked_.predicted});
-            return out;
-        }
-        const std::optional<Group> usual = secant_to(node_at(models_[first_]));
-        if (!usual)
-            return out;
-        const std::size_t largest = usual->sizes.front();
-        out.parameter = own_[largest].access.id.name;
-        const auto modes = run::chain_modes(base_.parts[first_].model.spec, 1);
-        std::vector<Group> groups;
-        for (const double size : tried_sizes) {
-            fit::StemModel start = models_[first_];
-            const double coordinate =
-                usual->priors.front().absent + size * usual->priors.front().deviation;
-            own_[largest].access.set(
-                start.spec, std::clamp(from_coordinate(own_[largest].fitted_as, coordinate),
-                                       own_[largest].lower, own_[largest].upper));
-            if (!modes.empty() && recordings_.size() == 1 && !is_seen_as_planar_)
-                fit::keep_first_mode(modes.front(), start);
-            // Linearised dry friction has a damping that no swing has; the bonds keep theirs.
-            start.spec.stem.bond_damping = base_.parts[first_].model.spec.stem.bond_damping;
-            Group& group = groups.emplace_back();
-            group.node = node_at(start);
-            group.runs.push_back(models_at(group.node));
-            group.secant = size;
-        }
-        compute(groups);
-        for (std::size_t k = 1; k < groups.size(); ++k)
-            if (!groups[k].readings.empty() && !groups.front().readings.empty())
-                out.sizes.push_back({tried_sizes[k], groups[k].node.modulus_ratio,
-                                     groups[k].node.damping_ratio,
-                                     groups[k].readings.front() - groups.front().readings.front()});
-        return out;
-    }
-
   private:
     [[nodiscard]] EffectNode node_at(const fit::StemModel& start) const {
         EffectNode node;
@@ -159,27 +109,9 @@ class ColumnsOfEffect {
         std::vector<Eigen::VectorXd> readings; ///< (runs); empty: could not be computed
     };
 
-    /// Readings of models that are computed side by side in lanes.
     [[nodiscard]] std::vector<Eigen::VectorXd>
     read(const std::vector<fit::StartModels>& runs) const {
-        std::vector<std::vector<fit::ChainPrediction>> lanes; // (recordings)(runs)
-        for (std::size_t m = 0; m < recordings_.size(); ++m) {
-            std::vector<fit::StemModel> models;
-            models.reserve(runs.size());
-            for (const fit::StartModels& run : runs)
-                models.push_back(run[m]);
-            lanes.push_back(
-                fit::predict_together(models, base_.parts[m].times, options_.heartbeat));
-        }
-        std::vector<Eigen::VectorXd> readings;
-        for (std::size_t k = 0; k < runs.size(); ++k) {
-            std::vector<fit::ChainPrediction> predictions;
-            predictions.reserve(lanes.size());
-            for (std::vector<fit::ChainPrediction>& each : lanes)
-                predictions.push_back(std::move(each[k]));
-            readings.push_back(stacked_predictions(predictions, stacked_, base_));
-        }
-        return readings;
+        return readings_together(runs, stacked_, base_, options_.heartbeat);
     }
 
     /// Fills the lanes with groups; if one group fails, each of them is computed separately.
@@ -356,28 +288,6 @@ Eigen::MatrixXd column_matrix(std::span<const CandidateView> candidates, Eigen::
             for (const EffectColumn& column : node.columns)
                 readings.col(k++) = Eigen::Map<const Eigen::VectorXd>(column.readings.data(), rows);
     return readings;
-}
-
-StackedReadings readings_to_compare(const fit::Fit& base,
-                                    std::span<const fit::ObservedRecording> recordings,
-                                    const run::Heartbeat& heartbeat) {
-    StackedReadings stacked = stacked_readings(base, recordings);
-    if (run::dimensions_of(base.parts.front().model.spec) == 2)
-        return stacked;
-    std::vector<fit::ChainPrediction> predictions;
-    for (const fit::RecordingFit& part : base.parts)
-        predictions.push_back(std::move(
-            fit::predict_together(std::vector{superposed(part.model)}, part.times, heartbeat)
-                .front()));
-    stacked.predicted = stacked_predictions(predictions, stacked, base);
-    return stacked;
-}
-
-SizedEffects effect_at_sizes(const fit::Fit& base, const StackedReadings& stacked,
-                             const physics::SelectedEffect& effect,
-                             std::span<const fit::ObservedRecording> recordings,
-                             const fit::FitOptions& options) {
-    return ColumnsOfEffect(base, stacked, effect, recordings, options).at_sizes();
 }
 
 EffectColumns effect_columns(const fit::Fit& base, const StackedReadings& stacked,

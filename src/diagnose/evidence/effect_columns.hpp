@@ -65,36 +65,10 @@ struct CandidateView {
 [[nodiscard]] Eigen::MatrixXd column_matrix(std::span<const CandidateView> candidates,
                                             Eigen::Index rows);
 
-/// stacked_readings() of the fit. If the model leaves the plane, `predicted` is computed by planar
-/// chains, as in the runs that are compared with it. Throws core::NumericalError.
-[[nodiscard]] StackedReadings
-readings_to_compare(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
-                    const run::Heartbeat& heartbeat);
-
 /// Columns at every point of the effect's grid: derivatives by its sizes where it is absent. If
 /// first derivatives may be weak (a soft clamp, an elliptic section, a slow release), also
-/// secants to its usual sizes with the first mode kept. `stacked`: readings_to_compare(base).
+/// secants to its usual sizes with the first mode kept. `stacked`: stacked_readings(base).
 [[nodiscard]] EffectColumns effect_columns(const fit::Fit& base, const StackedReadings& stacked,
-                                           const physics::SelectedEffect& effect,
-                                           std::span<const fit::ObservedRecording> recordings,
-                                           const fit::FitOptions& options);
-
-/// An effect of a given size added to a fitted model, with the first mode kept by Y and β.
-struct SizedEffect {
-    double size = 0.0;          ///< in standard deviations of the prior
-    double modulus_ratio = 1.0; ///< of Y there to that of the fitted model
-    double damping_ratio = 1.0; ///< likewise of β
-    Eigen::VectorXd change;     ///< (rows of StackedReadings) from where it is absent
-};
-
-/// The effect in sizes from undetectable to usual, smallest first, computed in lanes, with its
-/// locations and time constants at their defaults. An effect without a free parameter has one size.
-/// Throws as predict_readings().
-struct SizedEffects {
-    std::string parameter; ///< that is the size; empty: none
-    std::vector<SizedEffect> sizes;
-};
-[[nodiscard]] SizedEffects effect_at_sizes(const fit::Fit& base, const StackedReadings& stacked,
                                            const physics::SelectedEffect& effect,
                                            std::span<const fit::ObservedRecording> recordings,
                                            const fit::FitOptions& options);

@@ -55,7 +55,7 @@ void LinearEvidence::add_nodes(const EffectColumns& columns) {
         Node& node = nodes.emplace_back();
         node.first = k;
         for (const EffectColumn& column : columns.nodes[k].columns) {
-            node.columns.push_back(static_cast<Eigen::Index>(columns_.size()));
+            node.sizes.push_back(static_cast<Eigen::Index>(columns_.size()));
             columns_.push_back({column.is_one_sided, column.is_certain,
                                 column.secant == 0.0 ? largest_of_derivative
                                                      : extrapolation * std::abs(column.secant)});
@@ -65,8 +65,8 @@ void LinearEvidence::add_nodes(const EffectColumns& columns) {
     const std::size_t points = nodes.size();
     for (std::size_t a = 0; a < points; ++a)
         for (std::size_t b = a + 1; b < points; ++b)
-            if (nodes[a].columns.size() == 1 && nodes[b].columns.size() == 1)
-                nodes.push_back({{nodes[a].columns.front(), nodes[b].columns.front()}, a, true});
+            if (nodes[a].sizes.size() == 1 && nodes[b].sizes.size() == 1)
+                nodes.push_back({{nodes[a].sizes.front(), nodes[b].sizes.front()}, a, true});
 }
 
 PredictedGain LinearEvidence::gain(std::span<const std::size_t> candidates) const {
@@ -135,7 +135,7 @@ void LinearEvidence::add_point(std::span<const std::size_t> candidates,
     std::vector<const Node*> nodes;
     for (std::size_t e = 0; e < candidates.size(); ++e) {
         nodes.push_back(&nodes_[candidates[e]][chosen[e]]);
-        for (const Eigen::Index each : nodes.back()->columns)
+        for (const Eigen::Index each : nodes.back()->sizes)
             (column(each).is_certain ? certain : sizes).push_back(each);
     }
     if (static_cast<Eigen::Index>(sizes.size()) > most_columns)
@@ -151,14 +151,14 @@ void LinearEvidence::add_point(std::span<const std::size_t> candidates,
                          return column(each).is_one_sided && amounts[each] < 0.0;
                      }) == 0;
         for (const Node* node : nodes) // has an effect lost all of its sizes?
-            if (std::ranges::none_of(node->columns, [&](Eigen::Index each) {
+            if (std::ranges::none_of(node->sizes, [&](Eigen::Index each) {
                     return column(each).is_certain || std::ranges::find(sizes, each) != sizes.end();
                 }))
                 return;
     }
     if (std::ranges::any_of(nodes, [&](const Node* node) {
             return node->is_between &&
-                   amounts[node->columns.front()] * amounts[node->columns.back()] <= 0.0;
+                   amounts[node->sizes.front()] * amounts[node->sizes.back()] <= 0.0;
         }))
         return;
     const double largest = sum.likeliest.log_evidence;
@@ -178,16 +178,16 @@ PredictedGain LinearEvidence::point(double log_value, std::span<const std::size_
         const Node& node = *nodes[e];
         std::size_t nearest = node.first;
         if (node.is_between &&
-            std::abs(amounts[node.columns.back()]) > std::abs(amounts[node.columns.front()]))
+            std::abs(amounts[node.sizes.back()]) > std::abs(amounts[node.sizes.front()]))
             nearest = std::ranges::find_if(nodes_[candidates[e]], [&](const Node& each) {
-                          return !each.is_between && each.columns.front() == node.columns.back();
+                          return !each.is_between && each.sizes.front() == node.sizes.back();
                       })->first;
         std::vector<double>& own = out.amounts.emplace_back();
         // aᵀ G a of its columns is an upper bound of what it explains in addition to the others.
         double fall = 0.0;
-        for (const Eigen::Index i : node.columns) {
+        for (const Eigen::Index i : node.sizes) {
             own.push_back(amounts[i]);
-            for (const Eigen::Index j : node.columns)
+            for (const Eigen::Index j : node.sizes)
                 fall += amounts[i] * gram_(i, j) * amounts[j];
         }
         if (node.is_between)
@@ -203,8 +203,9 @@ Eigen::VectorXd LinearEvidence::own_change(std::span<const std::size_t> candidat
     Eigen::VectorXd change = Eigen::VectorXd::Zero(raw_.rows());
     for (std::size_t e = 0; e < candidates.size(); ++e) {
         const Node& node = nodes_[candidates[e]][gain.nodes[e]];
-        for (std::size_t k = 0; k < node.columns.size(); ++k)
-            change -= gain.amounts[e][k] * raw_.col(node.columns[k]);
+        std::size_t k = 0;
+        for (const Eigen::Index each : node.sizes)
+            change -= gain.amounts[e][k++] * raw_.col(each);
     }
     return own_->coefficients(change);
 }

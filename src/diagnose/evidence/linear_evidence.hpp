@@ -49,7 +49,7 @@ class LinearEvidence {
         double largest = 0.0;
     };
     struct Node {
-        std::vector<Eigen::Index> columns;
+        std::vector<Eigen::Index> sizes;
         std::size_t first = 0;   ///< index among the candidate's nodes
         bool is_between = false; ///< two points of the grid: their amounts have one sign
     };

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include <Eigen/Cholesky>
+#include <Eigen/LU>
 
 namespace culm::diagnose {
 namespace {
@@ -79,6 +80,28 @@ Eigen::MatrixXd add_priors(const StackedReadings& stacked, const fit::JointLayou
     for (std::size_t k = 0; k < slopes.size(); ++k)
         columns.col(static_cast<Eigen::Index>(k)) /= slopes[k];
     return columns;
+}
+
+/// Adds MᵀM of the error terms that belong to the model, without what the `others` imitate.
+void add_model_terms(const StackedReadings& stacked, const fit::JointLayout& layout,
+                     const fit::StartModels& models, const std::vector<Eigen::Index>& others,
+                     ModelEvidence& out) {
+    std::vector<Eigen::Index> terms;
+    std::vector<Eigen::Index> rest;
+    for (const Eigen::Index each : others) {
+        const fit::JointLayout::Owner& owner = layout.owners[static_cast<std::size_t>(each)];
+        const fit::StemModel& model = models[owner.model];
+        const bool is_term = model.is_error(owner.parameter) &&
+                             model.errors->terms[owner.parameter - model.first_error()].is_of_model;
+        (is_term ? terms : rest).push_back(each);
+    }
+    if (terms.empty())
+        return;
+    Eigen::MatrixXd columns = stacked.jacobian(Eigen::all, terms);
+    columns.bottomRows(stacked.constraints).setZero();
+    const Eigen::MatrixXd left = Projector(stacked.jacobian(Eigen::all, rest)).remainder(columns);
+    const Eigen::MatrixXd square = left.transpose() * left;
+    out.model_terms.assign(square.data(), square.data() + square.size());
 }
 
 /// Is a parameter at the bound where its effect is absent?
@@ -224,13 +247,14 @@ ModelEvidence evidence_of(const fit::Fit& fit, std::span<const fit::ObservedReco
     out.squared_pulls = stacked.residual.tail(stacked.constraints).squaredNorm();
     for (const physics::SelectedEffect& effect : fit.effects)
         out.effects += fit::contains(known, effect) ? 0 : 1;
-    if (out.effects == 0)
-        return out;
-    out.absent_effects = absent_effects(fit, known);
     const fit::StartModels models = fit::start_from(fit);
     const fit::JointLayout layout = fit::joint_layout(models, recordings);
     std::vector<Eigen::Index> others;
     const Eigen::MatrixXd own = add_priors(stacked, layout, models, known, others, out);
+    add_model_terms(stacked, layout, models, others, out);
+    if (out.effects == 0)
+        return out;
+    out.absent_effects = absent_effects(fit, known);
     out.numbers = static_cast<std::size_t>(own.cols());
     const Projector nuisance(stacked.jacobian(Eigen::all, others));
     const Eigen::MatrixXd left = nuisance.remainder(own);
@@ -267,7 +291,14 @@ double log_evidence(const ModelEvidence& evidence, const NoiseScale& noise) {
             log_volume -= 0.5 * std::log(std::max(factors.vectorD()(k), 1e-12));
         log_volume += 0.5 * static_cast<double>(d) * std::log(2.0 * std::numbers::pi);
     }
-    return log_likelihood + evidence.log_prior + log_volume +
+    if (const auto k = static_cast<Eigen::Index>(std::sqrt(evidence.model_terms.size())); k > 0) {
+        Eigen::MatrixXd covariance =
+            Eigen::Map<const Eigen::MatrixXd>(evidence.model_terms.data(), k, k) /
+            noise.mean_known();
+        covariance.diagonal().array() += 1.0;
+        log_volume -= 0.5 * std::log(covariance.determinant());
+    }
+    return evidence.offset + log_likelihood + evidence.log_prior + log_volume +
            static_cast<double>(evidence.effects) * log_prior_odds();
 }
 

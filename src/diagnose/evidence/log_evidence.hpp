@@ -45,15 +45,19 @@ struct ModelEvidence {
     double log_prior = 0.0;      ///< log density of these at the fit, for all effects
     /// (d · d) Hessian of ½ χ² by these numbers with all others eliminated.
     std::vector<double> information;
-    std::vector<double> prior_precision;     ///< (d)
-    std::size_t effects = 0;                 ///< that may or may not act
+    std::vector<double> prior_precision; ///< (d)
+    /// (k · k) MᵀM of the k error terms of the model, with all numbers but the effects' eliminated.
+    std::vector<double> model_terms;
+    double offset = 0.0;     ///< of the log evidence, of a fit with another number of spheres
+    std::size_t effects = 0; ///< that may or may not act
     std::vector<std::string> absent_effects; ///< those of them that ended where they are absent
 };
 
 template <class Wire>
 void fields(Wire& wire, ModelEvidence& evidence) {
     wire(evidence.misfits, evidence.squared_pulls, evidence.numbers, evidence.log_prior,
-         evidence.information, evidence.prior_precision, evidence.effects, evidence.absent_effects);
+         evidence.information, evidence.prior_precision, evidence.model_terms, evidence.offset,
+         evidence.effects, evidence.absent_effects);
 }
 
 /// Variance of the noise over what the fits assume, for each recording.
@@ -85,8 +89,10 @@ struct NoiseScale {
                                         std::span<const fit::ObservedRecording> recordings,
                                         const fit::SelectedEffects& known);
 
-/// log Z = −½ rᵀ Σ⁻¹ r + log π(numbers) + ½ d log 2π − ½ log|H| + log P(effects), the Laplace
-/// approximation (MacKay 1992, Neural Comput. 4:415-447), up to a constant common to all models.
+/// log Z = −½ rᵀ S⁻¹ r − ½ log|S| + log π(numbers) + ½ d log 2π − ½ log|H| + log P(effects), the
+/// Laplace approximation (MacKay 1992, Neural Comput. 4:415-447), up to a constant common to all
+/// models. S contains the error terms; of its determinant only the part of the model's own terms,
+/// |I + MᵀM|, differs between models.
 [[nodiscard]] double log_evidence(const ModelEvidence& evidence, const NoiseScale& noise);
 
 /// Log odds, before a recording is seen, that one effect acts: log(0.05/0.95).

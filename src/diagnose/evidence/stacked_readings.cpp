@@ -138,6 +138,9 @@ Eigen::MatrixXd Projector::remainder(const Eigen::MatrixXd& wanted) const {
     return wanted - columns_ * coefficients(wanted);
 }
 
+namespace {
+
+/// Of one run; `predictions` of its recordings.
 Eigen::VectorXd stacked_predictions(std::span<const fit::ChainPrediction> predictions,
                                     const StackedReadings& like, const fit::Fit& base) {
     Eigen::VectorXd out = Eigen::VectorXd::Zero(like.residual.size());
@@ -153,6 +156,27 @@ Eigen::VectorXd stacked_predictions(std::span<const fit::ChainPrediction> predic
                 {out.data() + first, static_cast<std::size_t>(row - first)});
     }
     return out;
+}
+
+} // namespace
+
+std::vector<Eigen::VectorXd> readings_together(const std::vector<fit::StartModels>& runs,
+                                               const StackedReadings& like, const fit::Fit& base,
+                                               const run::Heartbeat& heartbeat) {
+    std::vector<std::vector<fit::ChainPrediction>> by_run(runs.size());
+    for (std::size_t m = 0; m < base.parts.size(); ++m) {
+        std::vector<fit::StemModel> models;
+        for (const fit::StartModels& run : runs)
+            models.push_back(run[m]);
+        std::vector<fit::ChainPrediction> predictions =
+            fit::predict_together(models, base.parts[m].times, heartbeat);
+        for (std::size_t k = 0; k < runs.size(); ++k)
+            by_run[k].push_back(std::move(predictions[k]));
+    }
+    std::vector<Eigen::VectorXd> readings;
+    for (const std::vector<fit::ChainPrediction>& predictions : by_run)
+        readings.push_back(stacked_predictions(predictions, like, base));
+    return readings;
 }
 
 } // namespace culm::diagnose

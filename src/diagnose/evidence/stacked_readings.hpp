@@ -55,10 +55,11 @@ class Projector {
     Eigen::ColPivHouseholderQR<Eigen::MatrixXd> solver_;
 };
 
-/// Predicted readings of all recordings over their noise, whitened, in the rows of
-/// stacked_readings(); 0 for the constraints.
-[[nodiscard]] Eigen::VectorXd stacked_predictions(std::span<const fit::ChainPrediction> predictions,
-                                                  const StackedReadings& like,
-                                                  const fit::Fit& base);
+/// Predicted readings over their noise, whitened, in the rows of stacked_readings(base); 0 for the
+/// constraints. Each run has one model for each recording; the runs are computed side by side in
+/// lanes. Throws as predict_readings().
+[[nodiscard]] std::vector<Eigen::VectorXd>
+readings_together(const std::vector<fit::StartModels>& runs, const StackedReadings& like,
+                  const fit::Fit& base, const run::Heartbeat& heartbeat);
 
 } // namespace culm::diagnose

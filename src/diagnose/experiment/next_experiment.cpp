@@ -2,11 +2,16 @@
 #include "diagnose/experiment/next_experiment.hpp"
 
 #include "core/error.hpp"
+#include "fit/model/reading_noise.hpp"
+#include "fit/solve/residual_statistics.hpp"
 #include "physics/effects/stem_scales.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
+#include <memory>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
@@ -109,19 +114,20 @@ std::vector<double> frames_of(const fit::RecordingFit& fit, const Change& change
     return times;
 }
 
+/// 1/√ of the diagonal; 0 for what has no information.
+Eigen::VectorXd scale_of(const Eigen::MatrixXd& information) {
+    Eigen::VectorXd scale = information.diagonal().cwiseSqrt();
+    for (double& entry : scale)
+        entry = entry > 0.0 ? 1.0 / entry : 0.0;
+    return scale;
+}
+
 /// Information of this recording about all parameters except those of the release, which are new in
 /// each recording, and the errors of the readings. These are eliminated by the Schur complement.
 /// Shape: (parameters without the errors) twice.
 Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
-    const auto count = static_cast<Eigen::Index>(fit.prediction.parameters);
-    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(count, count);
-    for (std::size_t k = 0; k < fit.residuals.size(); ++k) {
-        const Eigen::Map<const Eigen::VectorXd> gradient(
-            fit.prediction.jacobian.data() + k * fit.prediction.parameters, count);
-        if (std::isfinite(fit.residuals[k]) && gradient.allFinite())
-            sum +=
-                gradient * gradient.transpose() / std::pow(fit.noise[k % fit.prediction.rows], 2);
-    }
+    const Eigen::MatrixXd jacobian = whitened_jacobian(fit);
+    Eigen::MatrixXd sum = jacobian.transpose() * jacobian;
     std::vector<Eigen::Index> kept;
     std::vector<Eigen::Index> others;
     const std::vector<physics::ParameterId> ids = fit.model.free_ids();
@@ -133,50 +139,53 @@ Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
             ids[k] == physics::tip_deflection || ids[k] == physics::release_time;
         (is_release || fit.model.is_error(k) ? others : kept).push_back(place);
     }
+    // Scaled to a unit diagonal, because the parameters' units differ by orders of magnitude.
+    const Eigen::VectorXd scale = scale_of(sum);
+    sum = scale.asDiagonal() * sum * scale.asDiagonal();
     const Eigen::MatrixXd cross = sum(kept, others);
-    const auto size = static_cast<Eigen::Index>(fit.model.first_error());
-    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(size, size);
-    out(kept, kept) =
+    const Eigen::MatrixXd left =
         sum(kept, kept) -
         cross * sum(others, others).completeOrthogonalDecomposition().solve(cross.transpose());
+    const auto size = static_cast<Eigen::Index>(fit.model.first_error());
+    const Eigen::VectorXd unit = scale(kept).cwiseInverse();
+    Eigen::MatrixXd out = Eigen::MatrixXd::Zero(size, size);
+    out(kept, kept) = unit.asDiagonal() * left * unit.asDiagonal();
     return out;
 }
 
-/// Fits of each rival; the parameters other than those of an assumed effect are fitted again.
-std::vector<fit::Fit> refitted(const std::vector<Rival>& rivals,
-                               std::span<const fit::ObservedRecording> alone,
-                               const fit::FitOptions& options, const core::ItemMap& map) {
-    std::vector<std::size_t> assuming;
-    for (std::size_t k = 0; k < rivals.size(); ++k)
-        if (!rivals[k].assumed.empty())
-            assuming.push_back(k);
-    const auto work = [&](std::size_t item, const run::Heartbeat& heartbeat) {
-        const Rival& rival = rivals[assuming[item]];
-        const fit::RecordingFit fit = fit::restored(rival.fit, alone, options).parts.front();
-        std::vector<bool> is_held;
-        for (const physics::ParameterId& id : fit.model.free_ids())
-            is_held.push_back(id.effect == rival.assumed);
-        fit::SolveOptions again;
-        again.window = options.window;
-        again.heartbeat = heartbeat;
-        const fit::RecordingFit beside =
-            fit::fit_chain_with_held(fit.model, alone.front(), is_held, again);
-        fit::Fit told = rival.fit;
-        for (fit::FittedParameter& parameter : told.parameters)
-            if (const fit::FittedParameter* const found = beside.find(parameter.id))
-                parameter.value = found->value;
-        return told;
-    };
-    std::vector<fit::Fit> out(rivals.size());
-    std::ranges::transform(rivals, out.begin(), &Rival::fit);
-    if (assuming.empty())
-        return out;
-    std::vector<fit::Fit> answers = map.values(std::vector<double>(assuming.size(), 1.0), work);
-    for (std::size_t k = 0; k < assuming.size(); ++k) {
-        out[assuming[k]] = std::move(answers[k]);
-        out[assuming[k]].effects = rivals[assuming[k]].fit.effects;
-    }
-    return out;
+/// The noise of a recording with `rate` times the frames a second, and how much of the information
+/// outliers leave.
+struct NextNoise {
+    std::shared_ptr<const fit::NoiseModel> model;
+    double information = 1.0;
+};
+
+NextNoise next_noise(const fit::RecordingFit& fit, double rate) {
+    if (!fit.noise_model)
+        return {};
+    fit::NoiseModel model = *fit.noise_model;
+    NextNoise next;
+    double weights = 0.0;
+    for (const double relative : model.relative)
+        weights += 1.0 / (relative * relative);
+    if (!model.relative.empty())
+        next.information = weights / static_cast<double>(model.relative.size());
+    model.relative.clear();
+    model.correlation = std::pow(model.correlation, 1.0 / rate);
+    next.model = std::make_shared<const fit::NoiseModel>(std::move(model));
+    return next;
+}
+
+/// The rival's fit; the parameters other than those of an assumed effect are fitted again.
+fit::RecordingFit restored(const Rival& rival, std::span<const fit::ObservedRecording> alone,
+                           const fit::FitOptions& options) {
+    fit::RecordingFit fit = std::move(fit::restored(rival.fit, alone, options).parts.front());
+    if (rival.assumed.empty())
+        return fit;
+    std::vector<bool> is_held;
+    for (const physics::ParameterId& id : fit.model.free_ids())
+        is_held.push_back(id.effect == rival.assumed);
+    return fit::fit_chain_with_held(fit.model, alone.front(), is_held, options.solve());
 }
 
 /// The smallest squared distance, over the noise, between the prediction of `truth` and that of
@@ -196,33 +205,35 @@ double gap(const fit::RecordingFit& truth, const fit::RecordingFit& other, const
     first.parameters.clear(); // only the other's derivatives are needed
     const fit::ChainPrediction wanted = fit::predict_readings(first, times, heartbeat);
     const fit::ChainPrediction offered = fit::predict_readings(second, times, heartbeat);
+    const auto rows = static_cast<Eigen::Index>(wanted.readings.size());
     const auto count = static_cast<Eigen::Index>(offered.parameters);
-    Eigen::MatrixXd normal = information_without_release(other);
-    Eigen::VectorXd gradient = Eigen::VectorXd::Zero(count);
-    double square = 0.0;
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(rows, count + 1); // the last is the distance
     for (std::size_t k = 0; k < wanted.readings.size(); ++k) {
         const double noise = truth.noise[k % wanted.rows];
         const double distance = (wanted.readings[k] - offered.readings[k]) / noise;
-        const Eigen::VectorXd column =
-            Eigen::Map<const Eigen::VectorXd>(offered.jacobian.data() + k * offered.parameters,
-                                              count) /
-            noise;
-        if (!std::isfinite(distance) || !column.allFinite())
+        const Eigen::Map<const Eigen::VectorXd> slope(
+            offered.jacobian.data() + k * offered.parameters, count);
+        if (!std::isfinite(distance) || !slope.allFinite())
             continue;
-        square += distance * distance;
-        normal += column * column.transpose();
-        gradient += distance * column;
+        const auto at = static_cast<Eigen::Index>(k);
+        columns.row(at).head(count) = slope.transpose() / noise;
+        columns(at, count) = distance;
     }
+    const NextNoise next = next_noise(truth, change.rate);
+    const fit::Whitening whitening(next.model, wanted.rows,
+                                   std::vector<bool>(wanted.readings.size(), true));
+    for (Eigen::Index c = 0; c <= count; ++c)
+        whitening.apply({columns.col(c).data(), wanted.readings.size()});
+    const Eigen::MatrixXd sums = next.information * columns.transpose() * columns;
     // Least squares of the other model to the first one's prediction, with this recording as prior
-    // information: min over θ of |d − J θ|² + θᵀ I θ = |d|² − gᵀ (JᵀJ + I)⁻¹ g, g = Jᵀ d. Scaled to
-    // a unit diagonal, because the parameters' units differ by orders of magnitude.
-    Eigen::VectorXd size = normal.diagonal().cwiseSqrt();
-    for (double& entry : size)
-        entry = entry > 0.0 ? 1.0 / entry : 0.0;
+    // information: min over θ of |d − J θ|² + θᵀ I θ = |d|² − gᵀ (JᵀJ + I)⁻¹ g, g = Jᵀ d.
+    const Eigen::MatrixXd normal =
+        information_without_release(other) + sums.topLeftCorner(count, count);
+    const Eigen::VectorXd size = scale_of(normal);
     const Eigen::MatrixXd scaled = size.asDiagonal() * normal * size.asDiagonal();
-    const Eigen::VectorXd right = size.cwiseProduct(gradient);
+    const Eigen::VectorXd right = size.cwiseProduct(sums.col(count).head(count));
     const Eigen::VectorXd step = scaled.completeOrthogonalDecomposition().solve(right);
-    return std::max(0.0, square - right.dot(step));
+    return std::max(0.0, sums(count, count) - right.dot(step));
 }
 
 } // namespace
@@ -231,9 +242,8 @@ std::vector<Experiment> next_experiments(const std::pair<Rival, Rival>& pair,
                                          std::span<const fit::ObservedRecording> recordings,
                                          const fit::FitOptions& options, const core::ItemMap& map) {
     const std::span<const fit::ObservedRecording> alone = recordings.first(1);
-    std::vector<fit::RecordingFit> sides;
-    for (const fit::Fit& numbers : refitted({pair.first, pair.second}, alone, options, map))
-        sides.push_back(std::move(fit::restored(numbers, alone, options).parts.front()));
+    const std::array sides{restored(pair.first, alone, options),
+                           restored(pair.second, alone, options)};
     const std::vector<Change> changes = changes_for(pair, sides.front().model.spec);
     const auto work = [&](std::size_t item,
                           const run::Heartbeat& heartbeat) -> std::optional<double> {

@@ -129,7 +129,7 @@ class LaboratoryAnswer {
 
     using Key = EffectOwners::value_type;
 
-    /// P ∝ exp(log Z/T) over the fitted models and the predictions of the others.
+    /// P ∝ Z over the fitted models and the predictions of the others.
     void weigh_models() {
         std::vector<std::pair<double, EffectOwners>> models;
         for (const LaboratoryModel& model : search_.visited)
@@ -144,10 +144,9 @@ class LaboratoryAnswer {
         }
         double sum = 0.0;
         for (const auto& [log_evidence, effects] : models)
-            sum += std::exp((log_evidence - best().log_evidence) / options_.policy.temperature);
+            sum += std::exp(log_evidence - best().log_evidence);
         for (const auto& [log_evidence, effects] : models) {
-            const double probability =
-                std::exp((log_evidence - best().log_evidence) / options_.policy.temperature) / sum;
+            const double probability = std::exp(log_evidence - best().log_evidence) / sum;
             std::set<std::pair<physics::Family, std::string>> families;
             for (const Key& key : effects) {
                 probability_[key] += probability;
@@ -223,9 +222,8 @@ class LaboratoryAnswer {
             }
         const double held = options_.policy.held_probability;
         const double wanted = std::log(held / (1.0 - held));
-        const double log_odds =
-            (with->log_evidence - without->log_evidence) / options_.policy.temperature;
-        const double per_stem = of_readings / stems / options_.policy.temperature;
+        const double log_odds = with->log_evidence - without->log_evidence;
+        const double per_stem = of_readings / stems;
         added.log_odds = log_odds;
         added.log_odds_per_stem = per_stem;
         if (log_odds < wanted && per_stem > 0.0)
@@ -386,10 +384,13 @@ class LaboratoryAnswer {
                 continue;
             if (each.probability >= held)
                 certain.insert(each.effect);
-            else if (each.family_probability >= held)
-                certain.insert("an effect of " + each.family);
-            else
+            else if (each.family_probability < held)
                 is_open = is_open || each.family_probability > 1.0 - held;
+            else if (std::ranges::none_of(out_.effects, [&](const RigAnswer& other) {
+                         return other.family == each.family && other.rig == each.rig &&
+                                (other.is_known || other.probability >= held);
+                     }))
+                certain.insert("an effect of " + each.family);
         }
         for (const OwnAnswer& each : out_.own) {
             if (each.probability >= held)
@@ -401,16 +402,18 @@ class LaboratoryAnswer {
             out_.reason = fmt::format(
                 "{} {} missing from the published chain{}", fmt::join(certain, " and "),
                 certain.size() == 1 ? "is" : "are", is_open ? "; other effects are possible" : "");
-        } else if (chain_probability_ > 1.0 - held) {
+        } else if (chain_probability_ >= held) {
             out_.conclusion = Conclusion::Adequate;
-            out_.reason =
-                fmt::format("the published chain {} (probability {:.2f})",
-                            is_open ? "is among the possible explanations" : "explains the stems",
-                            chain_probability_);
+            out_.reason = fmt::format("the published chain explains the stems (probability {:.2f})",
+                                      chain_probability_);
         } else {
             out_.conclusion = Conclusion::Tie;
-            out_.reason = "something is missing from the published chain, and no single effect is "
-                          "certain";
+            out_.reason = chain_probability_ > 1.0 - held
+                              ? fmt::format("the published chain is among the possible "
+                                            "explanations (probability {:.2f})",
+                                            chain_probability_)
+                              : std::string("something is missing from the published chain, and "
+                                            "no single effect is certain");
         }
     }
 

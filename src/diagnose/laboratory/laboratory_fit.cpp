@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <utility>
 
 #include <Eigen/Cholesky>
 #include <fmt/core.h>
@@ -14,9 +16,10 @@
 namespace culm::diagnose {
 namespace {
 
-constexpr int most_newton_steps = 8;
+constexpr int most_newton_steps = 12;
 /// Squared Newton step, in standard deviations, below which the shared numbers have converged.
 constexpr double small_step = 0.01;
+constexpr double far_step = 1.0; ///< likewise: the minimum is not known
 /// A size ended absent within this part of its prior's deviation.
 constexpr double absent_within = 1e-6;
 
@@ -113,7 +116,9 @@ void LaboratoryFit::fit(LaboratoryModel& model, const std::set<std::size_t>& wit
             return;
         }
     std::vector<Eigen::VectorXd> changes(stems_.stems.size());
-    double reached = -std::numeric_limits<double>::infinity();
+    std::optional<LaboratoryModel> best;
+    double reached = 0.0;
+    double part = 1.0; // of a Newton step
     for (int step = 0; step < most_newton_steps; ++step) {
         const bool is_first = step == 0;
         auto fits = stems_.map([&](std::size_t s, const fit::FitOptions& options) {
@@ -127,15 +132,24 @@ void LaboratoryFit::fit(LaboratoryModel& model, const std::set<std::size_t>& wit
                 !take_fit(*std::move(fits[s]), s, is_first && with_new_own.contains(s), model))
                 return;
         judge(model);
-        if (model.rig_effects.empty() || step_size(model) < small_step ||
-            step + 1 == most_newton_steps)
+        if (model.rig_effects.empty())
             return;
-        // Where a step makes the model worse, the quadratic model is not valid any more.
-        if (step > 1 && model.log_evidence < reached - 1.0)
+        const double now = value_of(model);
+        const bool is_better = !best || now >= reached;
+        part = is_better ? 1.0 : 0.5 * part; // the quadratic model is not valid so far away
+        if (is_better) {
+            best = model;
+            reached = now;
+        } else
+            model = *best;
+        if (step_size(model) < small_step)
             return;
-        reached = std::max(reached, model.log_evidence);
-        changes = take_step(model);
+        changes = take_step(model, part);
     }
+    model = *std::move(best);
+    if (step_size(model) > far_step)
+        model.failure =
+            fmt::format("the shared numbers do not converge in {} steps", most_newton_steps);
 }
 
 /// Stores the fit of a stem; false if the model has failed.
@@ -165,8 +179,9 @@ double LaboratoryFit::step_size(const LaboratoryModel& model) const {
     return largest;
 }
 
-/// Moves the effects' values to the minimum; returns how the stems' own numbers follow.
-std::vector<Eigen::VectorXd> LaboratoryFit::take_step(LaboratoryModel& model) const {
+/// Moves the effects' values by a part of the way to the minimum; returns how the stems' own
+/// numbers follow.
+std::vector<Eigen::VectorXd> LaboratoryFit::take_step(LaboratoryModel& model, double part) const {
     std::vector<Eigen::VectorXd> changes(stems_.stems.size());
     for (std::size_t s = 0; s < changes.size(); ++s) {
         const SharedBlock& block = model.stems[s].block;
@@ -176,8 +191,8 @@ std::vector<Eigen::VectorXd> LaboratoryFit::take_step(LaboratoryModel& model) co
         for (Eigen::Index k = 0; k < block.size(); ++k) {
             if (const std::string& name = block.names[static_cast<std::size_t>(k)];
                 priors_.contains(name)) // not an error term
-                move(k) = model.shared.at(model.shared.find(name)) -
-                          block.at[static_cast<std::size_t>(k)];
+                move(k) = part * (model.shared.at(model.shared.find(name)) -
+                                  block.at[static_cast<std::size_t>(k)]);
         }
         const auto rows =
             static_cast<Eigen::Index>(block.follow.size()) / std::max<Eigen::Index>(1, move.size());
@@ -185,22 +200,41 @@ std::vector<Eigen::VectorXd> LaboratoryFit::take_step(LaboratoryModel& model) co
             Eigen::Map<const Eigen::MatrixXd>(block.follow.data(), rows, move.size()) * move;
     }
     for (const auto& [effect, k, card, at] : shared_parameters(model)) {
-        const double value = from_coordinate(card.fitted_as, model.shared.at(at));
-        model.rig_effects[effect].values[k] =
-            std::isfinite(value) ? value : card.upper; // a stiffness without compliance
+        double& now = model.rig_effects[effect].values[k];
+        const double from = to_coordinate(card.fitted_as, now);
+        const double value =
+            from_coordinate(card.fitted_as, from + part * (model.shared.at(at) - from));
+        now = std::isfinite(value) ? value : card.upper; // a stiffness without compliance
     }
     return changes;
 }
 
-void LaboratoryFit::judge(LaboratoryModel& model) {
+SharedMinimum LaboratoryFit::minimum_in(const LaboratoryModel& model,
+                                        const std::map<std::string, SharedPrior>& priors) const {
     std::vector<SharedBlock> blocks;
     std::vector<double> variances;
     for (std::size_t s = 0; s < model.stems.size(); ++s) {
         blocks.push_back(model.stems[s].block);
         variances.push_back(noise_[s].mean_known());
     }
+    return minimum_of(blocks, variances, priors);
+}
+
+/// The likelihood where the effects' parameters are, without the prediction of a better place.
+double LaboratoryFit::value_of(LaboratoryModel model) const {
+    std::map<std::string, SharedPrior> held = priors_;
+    for (const auto& [effect, k, card, at] : shared_parameters(model)) {
+        SharedPrior& prior = held.at(model.shared.names[static_cast<std::size_t>(at)]);
+        prior.lower = prior.upper =
+            to_coordinate(card.fitted_as, model.rig_effects[effect].values[k]);
+    }
+    model.shared = minimum_in(model, held);
+    return log_likelihood(model);
+}
+
+void LaboratoryFit::judge(LaboratoryModel& model) {
     add_priors(model);
-    model.shared = minimum_of(blocks, variances, priors_);
+    model.shared = minimum_in(model, priors_);
     model.log_evidence =
         has_absent_effect(model)
             ? -std::numeric_limits<double>::infinity()

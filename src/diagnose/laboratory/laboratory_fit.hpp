@@ -106,7 +106,8 @@ class LaboratoryFit {
     [[nodiscard]] const std::vector<NoiseScale>& noise() const { return noise_; }
     [[nodiscard]] const std::map<std::string, SharedPrior>& priors() const { return priors_; }
 
-    /// Newton's method for the shared numbers, from the model's values. The stems' own numbers are
+    /// Newton's method for the shared numbers, from the model's values; a step is halved until the
+    /// model gets better, and the fit fails if it does not converge. The stems' own numbers are
     /// fitted in every step, and follow the step linearly before that. Stems `with_new_own` have an
     /// own effect that their fit does not have; one that ends absent is removed from the stem.
     /// Fails if a stem has effects that cannot be combined.
@@ -119,7 +120,10 @@ class LaboratoryFit {
   private:
     bool take_fit(StemFit found, std::size_t stem, bool has_new_own, LaboratoryModel& model) const;
     [[nodiscard]] double step_size(const LaboratoryModel& model) const;
-    [[nodiscard]] std::vector<Eigen::VectorXd> take_step(LaboratoryModel& model) const;
+    [[nodiscard]] std::vector<Eigen::VectorXd> take_step(LaboratoryModel& model, double part) const;
+    [[nodiscard]] SharedMinimum minimum_in(const LaboratoryModel& model,
+                                           const std::map<std::string, SharedPrior>& priors) const;
+    [[nodiscard]] double value_of(LaboratoryModel model) const;
     [[nodiscard]] double log_likelihood(const LaboratoryModel& model) const;
     [[nodiscard]] double log_prior_of_effects(const LaboratoryModel& model) const;
     [[nodiscard]] double log_volume(const LaboratoryModel& model) const;

@@ -193,7 +193,7 @@ class LaboratorySearch {
         std::vector<std::size_t> stems;
         for (std::size_t s = 0; s < surveys_.size(); ++s)
             if (!surveys_[s].own_gains.empty()) {
-                gains.push_back(surveys_[s].own_gains[candidate] / options_.policy.temperature);
+                gains.push_back(surveys_[s].own_gains[candidate]);
                 stems.push_back(s);
             }
         const std::vector<double> presence = presence_of(gains);
@@ -202,7 +202,7 @@ class LaboratorySearch {
         for (std::size_t k = 0; k < stems.size(); ++k)
             if (presence[k] > present_from) {
                 added.stems.push_back(stems[k]);
-                added.gain += options_.policy.temperature * gains[k];
+                added.gain += gains[k];
             }
         if (added.stems.empty())
             return;
@@ -315,33 +315,18 @@ class LaboratorySearch {
             if (added > 1 && fit_smaller(model))
                 return true;
             for (const physics::SelectedEffect& candidate : options_.candidates)
-                if (is_form_of(candidate, name) && share(candidate, name, model) &&
-                    fit_smaller(std::move(model)))
+                if (candidate.effect->name() == name &&
+                    candidate.effect->belongs_to() == physics::BelongsTo::Rig &&
+                    share(candidate, model) && fit_smaller(std::move(model)))
                     return true;
         }
         return false;
     }
 
-    /// Is the candidate an effect of rigs of this name, or a law that the law of this name
-    /// contains?
-    [[nodiscard]] bool is_form_of(const physics::SelectedEffect& candidate,
-                                  const std::string& name) const {
-        if (candidate.effect->belongs_to() != physics::BelongsTo::Rig)
-            return false;
-        return candidate.effect->name() == name ||
-               std::ranges::any_of(options_.candidates, [&](const auto& general) {
-                   return general.effect->name() == name &&
-                          std::ranges::any_of(general.effect->special_cases(),
-                                              [&](const auto& one) {
-                                                  return one.effect == candidate.effect->name();
-                                              });
-               });
-    }
-
-    /// Adds the effect to every rig on which stems have `name` as their own effect; false if there
+    /// Adds the effect to every rig on which stems have it as their own effect; false if there
     /// is no such rig. A size starts from the mean of the stems' values.
-    [[nodiscard]] bool share(const physics::SelectedEffect& effect, const std::string& name,
-                             LaboratoryModel& model) const {
+    [[nodiscard]] bool share(const physics::SelectedEffect& effect, LaboratoryModel& model) const {
+        const std::string name = effect.effect->name();
         std::set<std::string> rigs;
         for (std::size_t s = 0; s < stems_.stems.size(); ++s)
             if (!stems_.specimens[s].rig.empty() &&

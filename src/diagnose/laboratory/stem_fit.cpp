@@ -187,11 +187,7 @@ StemFit fit_stem(const ObservedStem& stem, const StemEffects& effects, const fit
         fit::StartModels models = start_models(stem, all, from, options);
         if (change.size() > 0)
             models = moved(std::move(models), fit::joint_layout(models, stem.recordings), change);
-        fit::JointOptions joint;
-        joint.chain.window = options.window;
-        joint.chain.is_first_guess = false;
-        joint.chain.heartbeat = options.heartbeat;
-        joint.noise = stem.noise;
+        const fit::JointOptions joint{options.solve(), {}, stem.noise};
         fit = fit::fit_jointly(models, stem.recordings, joint);
         if (fit.failed())
             fit = fit::fit_jointly(fit::start_from(fit), stem.recordings, joint);
@@ -208,7 +204,7 @@ StemFit fit_stem_from_starts(const ObservedStem& stem, const StemEffects& effect
                              const fit::Fit& from, const fit::FitOptions& options) {
     const fit::Fit smaller = fit::restored(from, stem.recordings, options);
     FittedModel found = fit_planned({effects.all(), not_predicted, {}}, smaller, stem.recordings,
-                                    effects.given(), options);
+                                    effects.given(), {}, options);
     found.fit.effects = effects.all();
     if (found.fit.failed())
         return {std::move(found.fit), {}, {}};
@@ -219,7 +215,7 @@ StemSurvey survey_of(const ObservedStem& stem, const StemEffects& effects, const
                      bool has_rig, const fit::SelectedEffects& candidates,
                      const fit::FitOptions& options) {
     const fit::Fit base = fit::restored(numbers, stem.recordings, options);
-    StackedReadings stacked = readings_to_compare(base, stem.recordings, options.heartbeat);
+    StackedReadings stacked = stacked_readings(base, stem.recordings);
     SharedReadings shared = shared_readings(base, stem.recordings, effects.rig,
                                             effects.shared_terms, options.heartbeat);
     // The residual of the best model is noise to all larger ones.

@@ -4,6 +4,7 @@
 #include "core/error.hpp"
 #include "diagnose/evidence/stacked_readings.hpp"
 #include "diagnose/missing_force/term_selection.hpp"
+#include "diagnose/planned_model.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "physics/effects/user_effect.hpp"
 #include "physics/effects/user_expression.hpp"
@@ -294,7 +295,7 @@ MissingForce reconstruct_missing_force(const fit::Fit& base, const fit::Selected
     out.kind = name_of(best->kind);
     fit::SelectedEffects larger = effects;
     larger.push_back(with_terms(best->kind, best->terms, best->values, best->scales));
-    const fit::Fit fit = fit::fit_model(larger, base, recordings, options);
+    const fit::Fit fit = fit_larger(larger, base, recordings, options);
     out.fit = fit::numbers_of(fit);
     std::vector<std::string> products;
     for (std::size_t k = 0; k < best->terms.size(); ++k) {

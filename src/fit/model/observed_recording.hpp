@@ -41,6 +41,8 @@ struct ReadingErrors {
         /// No stated input, but part of every model: the error of a sensor, the start of a motion
         /// whose release was not recorded.
         bool is_in_every_model = false;
+        /// An error of the model, whose columns its fit determines (solve/second_mode_errors.hpp).
+        bool is_of_model = false;
     };
     std::vector<double> times; ///< s, of the readings
     Term known;                ///< the known part of the errors; without a name
@@ -50,7 +52,7 @@ struct ReadingErrors {
 template <class Wire>
 void fields(Wire& wire, ReadingErrors::Term& term) {
     wire(term.name, term.readings, term.log_modulus, term.log_damping, term.is_of_row,
-         term.is_in_every_model);
+         term.is_in_every_model, term.is_of_model);
 }
 template <class Wire>
 void fields(Wire& wire, ReadingErrors& errors) {

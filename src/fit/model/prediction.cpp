@@ -24,10 +24,6 @@ namespace culm::fit {
 
 namespace {
 
-/// Motion out of the plane twists the stem, a little and fast. The usual steps give derivatives by
-/// the parameters with errors of 90 %; these steps give errors of 1 % and take 10 % more time.
-constexpr double spatial_tolerance = 2e-7;
-
 /// Most steps per period of the first mode. Stems need 20 steps, 60 with β = 1 and 170 without
 /// damping; with friction in the clamp 46, 220 and 3200. A fit in which friction replaces all
 /// damping would wait minutes for the ringing of the highest modes.
@@ -51,9 +47,6 @@ run::CaseSpec case_until(const StemModel& model, double last_time) {
         spec.integrator.step_limit = static_cast<std::int64_t>(
             most_steps_per_period * (1.0 + spec.duration * physics::first_frequency(spec.stem)) +
             most_steps_per_sample * static_cast<double>(spec.sample_count()));
-    if (run::dimensions_of(spec) > 2)
-        spec.integrator.relative_tolerance =
-            std::min(spec.integrator.relative_tolerance, spatial_tolerance);
     return spec;
 }
 
@@ -253,10 +246,6 @@ ChainPrediction readings_of(const StemModel& model, const run::CaseSpec& spec,
     return prediction;
 }
 
-std::vector<PlanarModel> parts_to_compute(const StemModel& model) {
-    return model.is_superposed ? planar_models(model) : std::vector<PlanarModel>();
-}
-
 /// predict_together() for superposed models.
 std::vector<ChainPrediction> superposed_together(std::span<const StemModel> models,
                                                  std::span<const double> times,
@@ -286,7 +275,7 @@ std::vector<ChainPrediction> superposed_together(std::span<const StemModel> mode
 
 ChainPrediction predict_readings(const StemModel& model, std::span<const double> times,
                                  const run::Heartbeat& heartbeat) {
-    if (const std::vector<PlanarModel> parts = parts_to_compute(model); !parts.empty()) {
+    if (const std::vector<PlanarModel> parts = planar_models(model); !parts.empty()) {
         std::vector<ChainPrediction> predictions;
         predictions.reserve(parts.size());
         for (const PlanarModel& part : parts)
@@ -306,7 +295,7 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
 std::vector<ChainPrediction> predict_together(std::span<const StemModel> models,
                                               std::span<const double> times,
                                               const run::Heartbeat& heartbeat) {
-    if (!models.empty() && !parts_to_compute(models.front()).empty())
+    if (!models.empty() && !planar_models(models.front()).empty())
         return superposed_together(models, times, heartbeat);
     const double last_time = times.empty() ? 0.0 : times.back();
     std::vector<ChainPrediction> predictions;

@@ -85,6 +85,7 @@ StemChain chain_of(const measure::Measurement& measurement, const ChainOptions& 
     stem.tip_mass_share = 0.5;
     stem.poissons_ratio = measured.poissons_ratio.value_or(stem.poissons_ratio);
     chain.spec.law = options.law;
+    chain.spec.integrator.relative_tolerance = options.relative_tolerance;
     chain.spec.store = run::StoreLevel::Heights;
     chain.spec.heights = measurement.heights;
     chain.spec.sensors = measurement.sensors;

@@ -16,6 +16,7 @@ inline constexpr int default_sphere_count = 56; ///< of the paper
 struct ChainOptions {
     std::optional<int> spheres; ///< empty: that of the measurement, else the default
     physics::BondLawOptions law = physics::consistent_law();
+    double relative_tolerance = run::Integrator().relative_tolerance;
 };
 
 struct StemChain {

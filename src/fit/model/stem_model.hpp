@@ -28,8 +28,6 @@ struct StemModel {
     double exposure{};                             ///< over which a reading is a mean, s
     double expected_release{};                     ///< s; 0 if the recording shows it
     std::vector<double> error_values{};            ///< (terms of the errors)
-    /// Predict motion out of the plane by planar chains (superposition.hpp): a tenth of the time.
-    bool is_superposed = false;
 
     /// The fitted numbers: the parameters, the release time if it is free, then the terms of the
     /// reading errors, each with a Gaussian constraint of mean 0 and standard deviation 1.

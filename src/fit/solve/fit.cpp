@@ -41,8 +41,9 @@ StemModel started_from(StemModel model, const RecordingFit& fit) {
         if (const FittedParameter* found = fit.find(parameter.access.id))
             parameter.access.set(model.spec, found->value);
     model.release_time = fit.model.release_time;
-    if (model.errors == fit.model.errors)
-        model.error_values = fit.model.error_values;
+    for (std::size_t k = 0; k < model.error_values.size(); ++k)
+        if (const FittedParameter* found = fit.find({{}, model.errors->terms[k].name, {}}))
+            model.error_values[k] = found->value;
     return model;
 }
 

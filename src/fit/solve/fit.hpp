@@ -87,7 +87,7 @@ struct RecordingFit {
                                                const std::vector<bool>& is_held,
                                                const SolveOptions& options = {});
 
-/// `model` with the values that `fit` found for parameters of the same name.
+/// `model` with the values that `fit` found for parameters and error terms of the same name.
 [[nodiscard]] StemModel started_from(StemModel model, const RecordingFit& fit);
 
 struct JointOptions {
@@ -129,12 +129,13 @@ struct Fit {
     std::size_t readings = 0;
     std::size_t degrees_of_freedom = 0;
     std::vector<RecordingMisfit> misfits; ///< (recordings)
-    int starts = 0;
-    int runs = 0; ///< of chains with all their derivatives
+    int runs = 0;                         ///< of chains with all their derivatives
 
     /// (recordings) each with its own numbers, residuals and χ²; covariance and standard errors are
     /// those of the joint solution, restricted to the part's parameters. Empty: the numbers alone.
     std::vector<RecordingFit> parts;
+    /// (recordings) error terms of the model itself, if there are no parts that contain them.
+    std::vector<std::vector<ReadingErrors::Term>> model_terms;
     std::vector<std::vector<std::size_t>> places; ///< (recordings)(parameters of the part)
     Eigen::MatrixXd covariance;                   ///< (parameters, parameters)
     double weighted_rms = 0.0;                    ///< of residual over noise: what was minimised
@@ -166,6 +167,10 @@ struct FitOptions {
     ChainOptions chain;
     std::optional<double> window; ///< only frames up to here, s after the release; empty: all
     run::Heartbeat heartbeat;
+
+    [[nodiscard]] SolveOptions solve(bool is_first_guess = false) const {
+        return {.window = window, .is_first_guess = is_first_guess, .heartbeat = heartbeat};
+    }
 };
 
 /// `options` with this heartbeat, or unchanged if it is empty.

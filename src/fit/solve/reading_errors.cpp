@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "fit/solve/residual_statistics.hpp"
+#include "fit/solve/second_mode_errors.hpp"
 #include "fit/start/starts.hpp"
 #include "run/modes.hpp"
 
@@ -337,6 +338,8 @@ std::vector<ObservedRecording> with_reading_errors(std::span<const ObservedRecor
             std::ranges::move(of_release, std::back_inserter(errors->terms));
             add_errors_of_place(fits[m], recordings[m], heartbeat, *errors);
             add_errors_of_sensors(recordings[m], *errors);
+            std::ranges::move(second_mode_terms(fits[m].model, fits[m].noise, recordings[m]),
+                              std::back_inserter(errors->terms));
             out[m].errors = std::move(errors);
         } catch (const core::NumericalError&) {
             // The fit continues without terms; the chain itself can be computed.
@@ -364,8 +367,13 @@ with_inputs_as_stated(std::span<const ObservedRecording> recordings) {
 }
 
 StemModel beside_errors(StemModel model, const ObservedRecording& measurement) {
+    const StemModel before = model;
     model.errors = measurement.errors;
     model.error_values.assign(model.errors ? model.errors->terms.size() : 0, 0.0);
+    for (std::size_t k = 0; k < before.error_values.size(); ++k)
+        for (std::size_t now = 0; now < model.error_values.size(); ++now)
+            if (model.errors->terms[now].name == before.errors->terms[k].name)
+                model.error_values[now] = before.error_values[k];
     return model;
 }
 

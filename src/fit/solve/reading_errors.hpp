@@ -65,8 +65,8 @@ struct StatedInput {
 /// the second frequency changes by less than 0.3 standard deviations, σ_f = √(6/n) σ/(π A T)
 /// (Montgomery & O'Donoghue 1999).
 ///
-/// The next terms are the release by hand (release_errors()), position errors of rows, and the
-/// constant error and the drift of sensors.
+/// The next terms are the release by hand (release_errors()), position errors of rows, the
+/// constant error and the drift of sensors, and the second mode (second_mode_errors.hpp).
 ///
 /// Each group costs one run per recording. If recordings have terms already, the noise and the
 /// division are kept, and the other terms are linearised again. A recording without motion, or one
@@ -86,7 +86,8 @@ release_errors(const RecordingFit& fit, const measure::Measurement& measurement,
 [[nodiscard]] std::vector<ObservedRecording>
 with_inputs_as_stated(std::span<const ObservedRecording> recordings);
 
-/// The model for a recording with error terms, each at its stated value.
+/// The model for a recording with error terms: those that it has keep their values, the others are
+/// at their stated ones.
 [[nodiscard]] StemModel beside_errors(StemModel model, const ObservedRecording& measurement);
 
 /// The published chain of the recording with these effects, from beside_errors().

@@ -41,13 +41,6 @@ std::vector<run::ShapedMode> resolved_modes(const RecordingFit& fit) {
     return modes;
 }
 
-/// Derivatives by time of the deflection that a sensor reads.
-int derivatives_in(const measure::Measurement& measurement, std::size_t row) {
-    if (measurement.sensors.empty() || !measurement.sensors[row].needs_rates())
-        return 0;
-    return measurement.sensors[row].quantity == measure::Quantity::Velocity ? 1 : 2;
-}
-
 /// The readings of a mode that has the amplitude `size` (m at the tip), or the velocity `size`
 /// times its angular frequency, at the time `start`.
 Term term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity, double size,
@@ -66,7 +59,7 @@ Term term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity
         const std::complex<double> motion = (is_velocity ? std::complex<double>(0.0, -1.0) : 1.0) *
                                             (since < 0.0 ? 1.0 : std::exp(rate * since));
         for (std::size_t j = 0; j < shaped.reading.size(); ++j) {
-            const int order = derivatives_in(measurement, j);
+            const int order = measurement.time_derivatives_at(j);
             const bool is_still = since < 0.0 && order > 0;
             term.readings.push_back(is_still ? 0.0
                                              : size * (motion * std::pow(rate, order)).real() *
@@ -142,15 +135,12 @@ std::vector<Term> release_errors(const RecordingFit& fit, const measure::Measure
         scale_of(fit, terms_of(modes, std::vector(modes.size(), 1.0), start, measurement), others);
     if (!(scale > 0.0))
         return {};
-    // If a stem is pulled at its tip, mode k has (f₁/f_k)² of the first mode's amplitude. A hand
-    // that holds it a tenth of its length lower changes the amplitude of the second mode by half.
-    // Larger departures are not due to the release.
+    // A hand that holds the stem a tenth of its length below the tip changes the amplitude of the
+    // second mode by half. Larger departures are not due to the release.
     std::vector<double> sizes;
     sizes.reserve(modes.size());
     for (const run::ShapedMode& shaped : modes)
-        sizes.push_back(
-            std::min(scale, largest_share * pull *
-                                std::pow(modes.front().mode.frequency / shaped.mode.frequency, 2)));
+        sizes.push_back(std::min(scale, largest_share * pull * shaped.pull_share));
     return terms_of(modes, sizes, start, measurement);
 }
 

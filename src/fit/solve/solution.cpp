@@ -78,8 +78,9 @@ double remaining_gain(const JointResiduals& residuals, const std::vector<bool>& 
 }
 
 /// Convergence limit, in units of the χ² of one standard error of a parameter (so divided by the
-/// reduced χ² of the solution): a smaller improvement is not worth a run.
-constexpr double final_improvement = 0.005;
+/// reduced χ² of the solution): 0.05 nats of evidence are not worth a run. The point after the last
+/// step is nearer to the minimum than that by the convergence of Gauss-Newton steps.
+constexpr double final_improvement = 0.1;
 /// A window that only leads to the next one needs less accuracy.
 constexpr double passing_improvement = 5.0;
 /// The integrator's choice of steps depends on the parameters, which adds noise of this size to the

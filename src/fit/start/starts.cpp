@@ -31,13 +31,21 @@ std::optional<physics::EffectParameter> described(const StemModel& model,
     return physics::parameter_named(model.spec.effects, parameter.access.id);
 }
 
+/// Amplitude at which the effect vanishes, clamped to the bounds.
+double absent_value(const FreeParameter& parameter) {
+    return parameter.fitted_as == physics::FittedAs::Inverse
+               ? parameter.upper
+               : std::clamp(parameter.absent, parameter.lower, parameter.upper);
+}
+
 /// Starts for a stem that leaves the plane, from the beats in its readings. Empty if none.
-std::vector<StemModel> beat_starts(const StemModel& first, const RecordingFit& smaller,
-                                   const integrate::VibrationMode& mode) {
+std::vector<StemModel> beat_starts(const StemModel& first, const RecordingFit& smaller) {
     std::vector<StemModel> starts;
-    const double angular_frequency = 2.0 * std::numbers::pi * mode.frequency;
-    if (!(mode.decay_rate < 0.0))
+    const auto modes = run::chain_modes(case_beside_errors(smaller.model), 1);
+    if (modes.empty() || !(modes.front().decay_rate < 0.0))
         return starts;
+    const integrate::VibrationMode& mode = modes.front();
+    const double angular_frequency = 2.0 * std::numbers::pi * mode.frequency;
     for (const Beat& beat :
          recorded_beats(smaller, angular_frequency, -mode.decay_rate, most_beats)) {
         StemModel& start = starts.emplace_back(first);
@@ -199,12 +207,6 @@ void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& start) {
         stem.bond_damping *= std::max(1.0 - excess / from_bonds, smallest_damping_share);
 }
 
-double absent_value(const FreeParameter& parameter) {
-    return parameter.fitted_as == physics::FittedAs::Inverse
-               ? parameter.upper
-               : std::clamp(parameter.absent, parameter.lower, parameter.upper);
-}
-
 // The strongest lines of the periodogram, at least three resolutions apart, because closer ones are
 // side lobes of the same line.
 std::vector<double> residual_peaks(const RecordingFit& fit, std::size_t count) {
@@ -233,14 +235,13 @@ std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& sm
         for (const FreeParameter& parameter : first.parameters)
             if (!parameter.is_place && smaller.find(parameter.access.id) == nullptr)
                 parameter.access.set(first.spec, absent_value(parameter));
-    const auto modes = run::chain_modes(smaller.model.spec, 1);
-    if (size != StartSize::Absent && !modes.empty() &&
+    if (size != StartSize::Absent &&
         std::ranges::any_of(first.parameters, [&](const FreeParameter& parameter) {
             const auto of = described(first, parameter);
             return of && !of->is_place && of->start_from_beat != nullptr &&
                    smaller.find(parameter.access.id) == nullptr;
         }))
-        if (auto starts = beat_starts(first, smaller, modes.front()); !starts.empty())
+        if (auto starts = beat_starts(first, smaller); !starts.empty())
             return starts;
     physics::StartScales scales = stem_start_scales(smaller.model.spec.stem, smaller.times.back());
     scales.residual_peaks = [&smaller] { return residual_peaks(smaller, 2); };
@@ -260,7 +261,7 @@ std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& sm
         if (!finer.empty() && finer.size() <= most_starts)
             starts = std::move(finer);
     }
-    if (!modes.empty())
+    if (const auto modes = run::chain_modes(smaller.model.spec, 1); !modes.empty())
         for (StemModel& start : starts)
             keep_first_mode(modes.front(), start);
     return starts;
@@ -272,18 +273,6 @@ bool has_own_sizes(const StemModel& model, const RecordingFit& smaller) {
         return of && of->start_values != nullptr && !of->is_place &&
                smaller.find(parameter.access.id) == nullptr;
     });
-}
-
-std::vector<StemModel> candidate_starts(const StemModel& model, const RecordingFit& smaller) {
-    if (has_own_sizes(model, smaller))
-        return fit_starts(model, smaller, StartSize::Default);
-    std::vector<StemModel> starts = fit_starts(model, smaller, StartSize::Absent);
-    const bool has_new_size = std::ranges::any_of(model.parameters, [&](const auto& parameter) {
-        return !parameter.is_place && smaller.find(parameter.access.id) == nullptr;
-    });
-    if (starts.size() == 1 && has_new_size)
-        starts.push_back(fit_starts(model, smaller, StartSize::Default).front());
-    return starts;
 }
 
 std::vector<Beat> recorded_beats(const RecordingFit& fit, double angular_frequency,

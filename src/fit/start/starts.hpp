@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where the fit of a model with effects, or of one model to several recordings, begins.
+// Where the fit of a model with effects begins.
 #pragma once
 
 #include "fit/solve/fit.hpp"
-#include "fit/solve/layout.hpp"
-#include "integrate/linearised.hpp"
 #include "integrate/modes.hpp"
 
 #include <cstddef>
@@ -15,9 +13,6 @@ namespace culm::fit {
 
 /// Frequencies (Hz) at which the residuals of a fit are strongest, at most `count`.
 [[nodiscard]] std::vector<double> residual_peaks(const RecordingFit& fit, std::size_t count);
-
-/// The value of a size at which its effect is absent, within the bounds.
-[[nodiscard]] double absent_value(const FreeParameter& parameter);
 
 /// The scales of a stem in a recording of this duration (s), without peaks of residuals.
 [[nodiscard]] physics::StartScales stem_start_scales(const physics::StemParameters<double>& stem,
@@ -45,11 +40,6 @@ enum class StartSize {
 /// start with its effects absent?
 [[nodiscard]] bool has_own_sizes(const StemModel& model, const RecordingFit& smaller);
 
-/// Starts with the effects absent. If there are no places to choose from, also one with the default
-/// sizes.
-[[nodiscard]] std::vector<StemModel> candidate_starts(const StemModel& model,
-                                                      const RecordingFit& smaller);
-
 /// A e^{−δt} (cos²α cos ω₁t + sin²α cos ω₂t), ω₁,₂ = ω √(1 ± ε/2): what is seen from one side of a
 /// stem with two planes of bending.
 struct Beat {
@@ -65,31 +55,5 @@ struct Beat {
 /// about those of `fit`, whose first mode has `angular_frequency` and `decay_rate`.
 [[nodiscard]] std::vector<Beat> recorded_beats(const RecordingFit& fit, double angular_frequency,
                                                double decay_rate, std::size_t count);
-
-/// The swing of a recording from a fit of Eq. 1, independent of a model.
-struct RecordedSwing {
-    integrate::VibrationMode mode{}; ///< damped
-    double cycles = 0.0;             ///< until its end
-    double tip_deflection = 0.0;     ///< of its baseline model's start, m
-};
-
-[[nodiscard]] RecordedSwing recorded_swing(const measure::Measurement& measurement,
-                                           const FitOptions& options);
-
-/// Models at the point where the posteriors of the recordings' own fits, `alone`, meet. If their
-/// first modes differ from the recorded swings by different shares, or a fit has no covariance,
-/// models with the shared values of each recording are added.
-[[nodiscard]] std::vector<StartModels> shared_starts(const StartModels& models,
-                                                     std::span<const RecordingFit> alone,
-                                                     std::span<const RecordedSwing> swings,
-                                                     const JointLayout& layout);
-
-/// If one material does not give all recordings their frequencies, a size that `smaller` does not
-/// have may do so: a mass for each recording with the modulus of the stiffest one, or a compliance
-/// that makes their moduli equal. Returns such starts, made from `models` by the linearised chain;
-/// none if the recordings agree already, or no new size reconciles them.
-[[nodiscard]] std::vector<StartModels> reconciling_starts(const StartModels& models,
-                                                          std::span<const RecordingFit> smaller,
-                                                          std::span<const RecordedSwing> swings);
 
 } // namespace culm::fit

@@ -203,6 +203,12 @@ struct Measurement {
     [[nodiscard]] const std::string& specimen_name() const {
         return specimen.empty() ? stem.id : specimen;
     }
+    /// Order of the derivative by time of the deflection that is read at a height: 0, 1 or 2.
+    [[nodiscard]] int time_derivatives_at(std::size_t row) const {
+        if (sensors.empty() || !sensors[row].needs_rates())
+            return 0;
+        return sensors[row].quantity == Quantity::Velocity ? 1 : 2;
+    }
     /// Deflections at one height, (times), m.
     [[nodiscard]] std::vector<double> history(std::size_t height) const;
     /// Root mean square of the readings at one height.

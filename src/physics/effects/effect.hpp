@@ -146,13 +146,6 @@ struct PlanarPart {
     double modulus_factor = 1.0; ///< of Y
 };
 
-/// A parameter value at which a law equals another one of the library.
-struct SpecialCase {
-    std::string effect;
-    std::string parameter; ///< of the more general law
-    double value = 0.0;
-};
-
 /// A point mass on the stem.
 struct AttachedMass {
     double position = 0.0; ///< from the clamp along the stem, m; beyond the tip: mounted at the tip
@@ -212,7 +205,6 @@ struct EffectCard {
     /// Planar chains that together describe the observed motion if it leaves the plane slightly;
     /// null: the effect acts in the plane.
     std::vector<PlanarPart> (*planar_parts)(std::span<const double> values) = nullptr;
-    std::vector<SpecialCase> special_cases = {}; ///< laws of the library that it contains
 };
 
 /// One effect of the library or of a user. Immutable.
@@ -238,7 +230,6 @@ class Effect {
     [[nodiscard]] bool spans_the_stem() const { return card_.spans_the_stem; }
     [[nodiscard]] bool is_of_the_release() const { return card_.is_of_the_release; }
     [[nodiscard]] bool is_of_the_camera() const { return card_.is_of_the_camera; }
-    [[nodiscard]] std::vector<SpecialCase> special_cases() const { return card_.special_cases; }
 
     /// The parameters with defaults, bounds and scales for one stem, which define the start and the
     /// range of a fit. The bounds lie within those of parameters(), which are valid for every stem.

@@ -86,9 +86,7 @@ EffectPointer fractional_zener() {
               hold_time_parameter()},
          .excludes = {"relaxation", "hysteretic_damping"},
          .revealed_by = {{"hold the stem ten times as long before the release",
-                          {1.0, 1.0, 1.0, 10.0}}},
-         .special_cases = {{"hysteretic_damping", "exponent", 0.0},
-                           {"relaxation", "exponent", 1.0}}},
+                          {1.0, 1.0, 1.0, 10.0}}}},
         apply_fractional_zener);
 }
 

@@ -57,8 +57,7 @@ EffectPointer power_drag() {
                                   return std::vector{1.2, 1.8};
                               })},
          .belongs_to = BelongsTo::Rig,
-         .revealed_by = {{"release in a vacuum", {0.0, 1.0}}},
-         .special_cases = {{"viscous_drag", "exponent", 1.0}, {"quadratic_drag", "exponent", 2.0}}},
+         .revealed_by = {{"release in a vacuum", {0.0, 1.0}}}},
         [](std::span<const double> values, EffectTarget& target) {
             target.model.air.push_back({.law = &resistance_law<PowerLaw>,
                                         .coefficient = 0.5 * air_density * values[0] *
