@@ -1,19 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/final_models.hpp"
 
-#include "core/error.hpp"
 #include "diagnose/planned_model.hpp"
 #include "diagnose/posterior.hpp"
 #include "fit/fit_numbers.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
-#include <optional>
 #include <set>
 #include <utility>
-
-#include <fmt/core.h>
 
 namespace culm::diagnose {
 namespace {

@@ -82,12 +82,12 @@ fit::StemModel with_effect(const fit::StemModel& base, const CandidateView& view
                            std::span<const fit::ObservedRecording> recordings) {
     fit::StemModel model = candidate_model(base, {view.effect}, recordings[recording]);
     place_effect(view, node, amounts, recording, model);
-    const auto modes = run::chain_modes(base.spec, 1);
     if (node.columns.front().secant != 0.0 && view.effect.effect->dimensions() < 3 &&
-        recordings.size() == 1 && !modes.empty()) {
-        fit::keep_first_mode(modes.front(), model);
-        return model;
-    }
+        recordings.size() == 1)
+        if (const auto modes = run::chain_modes(base.spec, 1); !modes.empty()) {
+            fit::keep_first_mode(modes.front(), model);
+            return model;
+        }
     const double share = way_to(node, amounts);
     model.spec.stem.bond_youngs_modulus *= std::pow(node.modulus_ratio, share);
     model.spec.stem.bond_damping *= std::pow(node.damping_ratio, share);

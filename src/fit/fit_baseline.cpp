@@ -121,9 +121,8 @@ BaselineFit baseline_with_chain(const BaselineFit& other, const FitOptions& from
         const std::span<const ObservedRecording> own(&recordings[m], 1);
         Fit numbers;
         numbers.parameters = other.alone[m].parameters;
-        alone.push_back(std::move(fit_jointly(with_chain(numbers, own, from, own, options), own,
-                                              {options.solve(), {}, {}})
-                                      .parts.front()));
+        alone.push_back(fit_chain_with_held(with_chain(numbers, own, from, own, options).front(),
+                                            recordings[m], {}, options.solve()));
     }
     recordings = with_reading_errors(recordings, alone, options.heartbeat);
     for (std::size_t m = 0; m < recordings.size(); ++m)

@@ -7,12 +7,10 @@
 #include "fit/start/starts.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <stdexcept>
 #include <utility>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace culm::fit {
 namespace {

@@ -113,7 +113,7 @@ TEST(Fit, DoesNotDependOnTheOrderOfTheRecordings) {
     std::ranges::reverse(two);
     const fit::Fit other = fitted();
     ASSERT_TRUE(one.is_fitted() && other.is_fitted()) << one.reason << other.reason;
-    // Solutions end when an iteration changes χ² by less than 0.005 of one standard error's change.
+    // Solutions end when an iteration changes χ² by less than 0.1 of one standard error's change.
     EXPECT_NEAR(one.chi_squared, other.chi_squared, 0.2);
 }
 

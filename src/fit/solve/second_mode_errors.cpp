@@ -109,8 +109,10 @@ bool are_alike(const Term* one, const Term* other) {
 std::vector<Term> second_mode_terms(const StemModel& model, std::span<const double> noise,
                                     const measure::Measurement& measurement) {
     const run::CaseSpec computed = case_beside_errors(model);
+    if (computed.tip_deflection == 0.0)
+        return {};
     const std::vector<run::ShapedMode> modes = run::shaped_modes(computed, 2);
-    if (computed.tip_deflection == 0.0 || modes.size() < 2)
+    if (modes.size() < 2)
         return {};
     const run::ShapedMode& second = modes.back();
     const Complex rate = rate_of(second.mode);
