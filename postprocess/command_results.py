@@ -85,6 +85,14 @@ class DiagnosisError(Exception):
     """The file does not hold what it should; one sentence."""
 
 
+def family_name(named: dict) -> str:
+    """As the verdict names it: an effect, or its family and the likeliest laws."""
+    members = " or ".join(named["members"])
+    if len(named["members"]) == 1 and not named["by_family"]:
+        return members
+    return f"{named['family']} ({'most like ' if named['by_family'] else ''}{members})"
+
+
 class Diagnosis:
     """`content` is the document (docs/schemas/diagnosis.schema.json)."""
 
@@ -95,8 +103,9 @@ class Diagnosis:
 
     @property
     def heading(self) -> str:
-        """"T2: effect, quadratic_drag"."""
-        effects = " and ".join(self.content["effects"])
+        """"T3: effect, clamp_compliance", "T2: effect, air (most like quadratic_drag)"."""
+        effects = " and ".join(map(family_name, self.content["alternatives"][0]["families"])
+                               if self.content["effects"] else [])
         return f"{self.content['measurement']}: {self.content['verdict']}" + (
             f", {effects}" if effects else "")
 

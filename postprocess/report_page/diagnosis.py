@@ -35,11 +35,16 @@ def diagnosis_section(diagnosis: Diagnosis, key: str, place: str) -> Section:
     return section
 
 
+def ladder_labels(ladder: list[dict]) -> list[str]:
+    """The first model, and what each of the others adds to the one before."""
+    added = [[name for name in rung["model"] if name not in before["model"]]
+             for before, rung in zip(ladder, ladder[1:])]
+    return [" + ".join(ladder[0]["model"]), *("+ " + " + ".join(names) for names in added)]
+
+
 def _add_ladder(section: Section, content: dict):
     ladder = content["ladder"]
-    labels = [" + ".join(rung["model"][-1:] if place else rung["model"])
-              for place, rung in enumerate(ladder)]
-    labels = [label if place == 0 else f"+ {label}" for place, label in enumerate(labels)]
+    labels = ladder_labels(ladder)
     noise = content["noise_mm"]
     errors = [rung["rmse_mm"] for rung in ladder]
     trace = dots(errors, labels, "residual", BLUE, 11, mode="lines+markers+text",

@@ -159,6 +159,8 @@ def diagnosis(name="T2", verdict="effect"):
     better = {**rung, "model": ["baseline", "quadratic_drag"], "rmse_mm": NOISE_MM,
               "contradicted_inputs": [], "finding": "adequate", "finding_text": "finding: adequate", "log_evidence": 2000.0}
     named = verdict in ("effect", "tie")
+    families = ([{"family": "air", "members": ["quadratic_drag"], "by_family": True}]
+                if verdict == "effect" else [])
     force = {"kind": "force_per_length", "form": "(-0.002)*v*abs(v)", "character": "dissipative",
              "terms": [{"term": "v*abs(v)", "coefficient": -0.002, "stderr": 1e-5,
                         "stability": 1.0}],
@@ -183,7 +185,7 @@ def diagnosis(name="T2", verdict="effect"):
         "verdict": verdict, "reason": "with it the residuals are noise",
         "sentences": [f"{verdict.upper()}: the verdict.", "Why: with it the residuals are noise."],
         "probability": 0.97, "unexplained_mm": 0.01, "unexplained_share_of_swing": 0.002,
-        "alternatives": [{"families": [], "probability": 0.97}],
+        "alternatives": [{"families": families, "probability": 0.97}],
         "models": [{"effects": ["quadratic_drag"], "log_evidence": 0.0, "probability": 0.97},
                    {"effects": ["relaxation"], "log_evidence": None, "probability": 0.0,
                     "failure": "no"}],
@@ -191,7 +193,7 @@ def diagnosis(name="T2", verdict="effect"):
         "immaterial": [{"effect": "rolling_shutter", "over_noise": 0.06}],
         "largest_unvisited": {"effects": ["taper"], "log_evidence": -5.5},
         "effects": ["quadratic_drag"] if named else [], "explained": 0.99, "parameters": united,
-        "families": [{"family": "air", "members": ["quadratic_drag"], "by_family": True}] if verdict == "effect" else [],
+        "families": families,
         "ladder": [rung, better] if named else [rung],
         "blind_spots": [spot, {"effect": "gravity", "failure": "no"},
                         {**spot, "effect": "camera_tilt", "beyond_bounds": True}],

@@ -42,6 +42,8 @@ class DiagnoseFigures(unittest.TestCase):
                             spot("camera_tilt", None, 0.0, 0.0),
                             {"effect": "gravity", "failure": "no"}],
             "missing_force": None,
+            "alternatives": [{"probability": 1.0, "families": [
+                {"family": "air", "members": ["quadratic_drag"], "by_family": True}]}],
         }
         self.write()
 
@@ -50,6 +52,17 @@ class DiagnoseFigures(unittest.TestCase):
 
     def figure(self, name):
         return diagnose_figures.FIGURES[name](Diagnosis(self.folder))
+
+    def test_heading_names_what_the_verdict_names(self):
+        self.assertEqual(Diagnosis(self.folder).heading,
+                         "T2: effect, air (most like quadratic_drag)")
+        self.content["alternatives"][0]["families"] += [
+            {"family": "clamp", "members": ["clamp_compliance"], "by_family": False},
+            {"family": "stem geometry", "members": ["taper", "local_defect"], "by_family": False}]
+        self.write()
+        self.assertEqual(Diagnosis(self.folder).heading,
+                         "T2: effect, air (most like quadratic_drag) and clamp_compliance and "
+                         "stem geometry (taper or local_defect)")
 
     def test_ladder_falls_to_the_noise(self):
         axes = self.figure("error_ladder").axes[0]

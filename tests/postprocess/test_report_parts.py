@@ -11,6 +11,7 @@ import test_report_laboratory
 from json_schema import schema_faults
 from report_folder import unpacked
 from report_page import drawing, library, markup
+from report_page.diagnosis import ladder_labels
 from report_page.picker import kept_samples, packed
 
 SCHEMAS = Path(__file__).resolve().parents[2] / "docs" / "schemas"
@@ -95,6 +96,14 @@ class Library(unittest.TestCase):
             file.write_text("// https://d3js.org v7.8.5 Copyright 2010-2023", "utf-8")
             with self.assertRaisesRegex(library.LibraryMissing, "is not D3 version 3"):
                 library.d3_js(file)
+
+
+class Ladder(unittest.TestCase):
+    def test_labels_say_what_a_model_adds_to_the_one_before(self):
+        """The effects of a model are in the library's order, not in that of the ladder."""
+        ladder = [{"model": ["baseline"]}, {"model": ["baseline", "power_drag"]},
+                  {"model": ["baseline", "clamp_compliance", "power_drag"]}]
+        self.assertEqual(ladder_labels(ladder), ["baseline", "+ power_drag", "+ clamp_compliance"])
 
 
 class SyntheticResults(unittest.TestCase):
