@@ -30,6 +30,12 @@ endif()
 # border if both sides agree on their alignment.
 target_compile_definitions(culm_build_flags INTERFACE EIGEN_MAX_ALIGN_BYTES=16)
 
+# Sums must not depend on where the heap puts a vector (src/core/aligned_heap.cpp). A sanitizer has a heap
+# of its own.
+if(CMAKE_SYSTEM_NAME STREQUAL "Linux" AND NOT CULM_SANITIZE AND NOT CULM_FUZZ)
+    target_link_options(culm_build_flags INTERFACE -Wl,--wrap=malloc,--wrap=realloc)
+endif()
+
 # Most of a file's compile time goes into other projects' headers and templates: the sources of a library
 # are compiled together, which instantiates them once. A tool that reads files one by one (clang-tidy) turns
 # this off, and so does the preset `dev`, where one changed source must not compile a library again.
