@@ -3,6 +3,7 @@
 #include "cli/options.hpp"
 #include "cli/progress.hpp"
 #include "farm/item_map.hpp"
+#include "measure/release/swing_release.hpp"
 #include "measure/track/frames/frame_source.hpp"
 #include "measure/track/track_report.hpp"
 #include "present/text.hpp"
@@ -11,6 +12,7 @@
 #include <array>
 #include <exception>
 #include <filesystem>
+#include <iostream>
 #include <string>
 #include <thread>
 #include <utility>
@@ -176,6 +178,54 @@ void print_survey(const std::string& location) {
                            .dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace));
 }
 
+/// Numbers from the standard input, as the machine stores them.
+std::vector<double> read_doubles(std::size_t count) {
+    std::vector<double> values(count);
+    std::cin.read(reinterpret_cast<char*>(values.data()),
+                  static_cast<std::streamsize>(count * sizeof(double)));
+    if (!std::cin)
+        throw core::InputError(fmt::format("{} numbers were expected, fewer came", count));
+    return values;
+}
+
+/// Finds the release in the histories of positions on the standard input, for
+/// postprocess/import_recording.py: a line {"samples", "relative_heights", "watched", "release"}
+/// and the times and the positions of each height. Prints the release of the watched height, or why
+/// there is none, and the centre of every height's swing.
+void print_release() {
+    std::string line;
+    std::getline(std::cin, line);
+    const auto request = nlohmann::json::parse(line);
+    const auto samples = request.at("samples").get<std::size_t>();
+    const auto heights = request.at("relative_heights").get<std::vector<double>>();
+    const std::vector<double> times = read_doubles(samples);
+    std::vector<std::vector<double>> positions;
+    for (std::size_t j = 0; j < heights.size(); ++j)
+        positions.push_back(read_doubles(samples));
+    nlohmann::json answer;
+    double begin = times.empty() ? 0.0 : times.front();
+    double period = 0.0;
+    if (request.at("release").is_number()) {
+        begin = request.at("release");
+    } else if (const auto watched = request.at("watched").get<std::size_t>();
+               request.at("release") == "detect") {
+        try {
+            const measure::SwingRelease found =
+                measure::find_swing_release(times, positions.at(watched), heights.at(watched));
+            begin = found.time;
+            period = found.period;
+            answer["release"] = {{"time", found.time},     {"uncertainty", found.uncertainty},
+                                 {"held", found.held},     {"held_begin", found.held_begin},
+                                 {"period", found.period}, {"rest", found.rest}};
+        } catch (const core::InputError& error) {
+            answer["reason"] = error.what();
+        }
+    }
+    for (const std::vector<double>& history : positions)
+        answer["centres"].push_back(measure::centre_of_swing(times, history, begin, period));
+    fmt::print("{}\n", answer.dump());
+}
+
 } // namespace
 
 core::ExitCode run_track(const TrackArguments& arguments, int& argc, char**& argv) {
@@ -198,6 +248,9 @@ ExitCode run(int argc, char** argv) {
     CLI::App* survey = app.add_subcommand("survey", "The part of culm setup that reads pictures");
     survey->add_option("location", location)->required();
     survey->callback([&location] { culm::cli::print_survey(location); });
+    app.add_subcommand("release", "The part of culm import that finds the release")->callback([] {
+        culm::cli::print_release();
+    });
     try {
         return culm::cli::with_refusals(true, [&] {
             app.parse(argc, argv);

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The examples in config/measurements are valid.
-#include "measure/import/import_recording.hpp"
 #include "measure/track/track.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -31,11 +30,6 @@ TEST(ExampleVideo, IsReadWithAndWithoutWhatIsDetected) {
     const TrackSettings full = read_track_settings(folder / "video.toml");
     EXPECT_EQ(full.clamp, 415.0);
     EXPECT_EQ(full.heights.size(), 7U);
-}
-
-TEST(ExampleMapping, IsRead) {
-    const ImportMapping mapping = read_import_mapping(examples / "import.toml", {});
-    EXPECT_EQ(mapping.heights.size(), 2U);
 }
 
 } // namespace

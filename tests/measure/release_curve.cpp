@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The release of a deflected cantilever.
-#include "measure/track/ring_down.hpp"
+#include "measure/release/release_curve.hpp"
 
 #include <cmath>
 #include <numbers>

@@ -18,7 +18,7 @@ def without_other_python() -> dict:
 
 
 # Programs that begin without a package.
-NEED_NOTHING = ("reproduction_table.py", "setup.py", "propose_import.py", "recording_table.py")
+NEED_NOTHING = ("reproduction_table.py", "setup.py")
 
 
 class Programs(unittest.TestCase):

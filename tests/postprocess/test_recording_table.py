@@ -1,18 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Tables of foreign recordings contain every value of the recording, at its time."""
-import csv
-import importlib.util
 import math
 import pickle
 import unittest
 from pathlib import Path
 
 import numpy as np
-import recording_table
+from recording.recorded_file import recorded_table
+from recording.text_table import TextOptions
 from recording_files import RecordingFiles
 
 EXAMPLE = Path(__file__).resolve().parents[1] / "data/recordings/tracker.trk"
-HAS_SCIPY = importlib.util.find_spec("scipy") is not None
 MEDIA, TRACKER = "org.opensourcephysics.media.core.", "org.opensourcephysics.cabrillo.tracker."
 
 
@@ -51,34 +49,12 @@ def project(*points, clip="", control=properties(delta_t=100.0), coords=None):
             + f'<property name="tracks" type="collection">{"".join(points)}</property></object>')
 
 
-class Tables(RecordingFiles):
-    def run_program(self, source):
-        code, out, err = self.ran(recording_table, source, self.folder / "table.csv")
-        self.assertEqual(out, "")
-        return code, err
-
-    def table(self, source):
-        """The columns in order; an empty cell is None."""
-        self.assertEqual(self.run_program(source), (0, ""))
-        header, *rows = csv.reader((self.folder / "table.csv").read_text("utf-8").splitlines())
-        return {name: [float(row[k]) if row[k] else None for row in rows]
-                for k, name in enumerate(header)}
-
-    def refusal(self, source):
-        code, sentence = self.run_program(source)
-        self.assertEqual(code, 2)
-        self.assertTrue(sentence.startswith(f"{source}: "), sentence)
-        self.assertEqual(sentence.count("\n"), 1)
-        self.assertFalse((self.folder / "table.csv").exists())
-        return sentence
-
-
-class TrackerProjects(Tables):
+class TrackerProjects(RecordingFiles):
     def tracked(self, *points, **settings):
         return self.table(self.file("video.trk", project(*points, **settings)))
 
     def refused(self, *points, **settings):
-        return self.refusal(self.file("video.trk", project(*points, **settings)))
+        return self.refused_table(self.file("video.trk", project(*points, **settings)))
 
     def test_example_swings_as_it_was_made(self):
         table = self.table(EXAMPLE)
@@ -132,12 +108,12 @@ class TrackerProjects(Tables):
         np.testing.assert_allclose(table["t"], [0.0, 0.06, 0.1], rtol=1e-15)
 
     def test_refuses_what_is_no_project(self):
-        self.assertIn("not XML", self.refusal(self.file("video.trk", "frame 1 2")))
-        self.assertIn("not XML", self.refusal(self.file("video.trk", b"\x00\xff\x01")))
-        self.assertIn("not a project", self.refusal(self.file("video.trk", "<object/>")))
+        self.assertIn("not XML", self.refused_table(self.file("video.trk", "frame 1 2")))
+        self.assertIn("not XML", self.refused_table(self.file("video.trk", b"\x00\xff\x01")))
+        self.assertIn("not a project", self.refused_table(self.file("video.trk", "<object/>")))
         text = project(point("&x;", f0={"x": 0, "y": 0}))
         for before in ('<!DOCTYPE object [<!ENTITY x "y">]>', "<!DOCTYPE object>"):
-            self.assertIn("document type", self.refusal(self.file("video.trk", before + text)))
+            self.assertIn("document type", self.refused_table(self.file("video.trk", before + text)))
 
     def test_refuses_projects_without_a_usable_position(self):
         here = {"x": 0, "y": 0}
@@ -155,8 +131,7 @@ class TrackerProjects(Tables):
         self.assertIn("stepsize", self.refused(point("a", f0=here), clip=properties(stepsize=0)))
 
 
-@unittest.skipUnless(HAS_SCIPY, "scipy is not installed")
-class MatlabFiles(Tables):
+class MatlabFiles(RecordingFiles):
     def saved(self, **variables):
         from scipy.io import savemat
         place = self.folder / "record.mat"
@@ -176,18 +151,36 @@ class MatlabFiles(Tables):
         self.assertEqual(table, {"frame": [0, 1], "x": [7, 8]})
 
     def test_refuses_files_without_an_array_and_lists_what_they_have(self):
-        sentence = self.refusal(self.saved(note="steel", image=np.zeros((3, 4, 5))))
+        sentence = self.refused_table(self.saved(note="steel", image=np.zeros((3, 4, 5))))
         self.assertIn("note (str", sentence)
         self.assertIn("image (float64, shape (3, 4, 5))", sentence)
 
-    def test_refuses_version_7_3_and_damaged_files(self):
+    def test_reads_version_7_3(self):
+        import h5py
+        place = self.folder / "record.mat"
+        with h5py.File(place, "w", userblock_size=512) as file:
+            file["t"], file["run/tip"] = np.array([[0.0], [0.5], [1.0]]), np.array([[1.0, 2.0, 3.0]])
+        with place.open("r+b") as stream:
+            stream.write(b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM")
+        self.assertEqual(self.table(place), {"t": [0.0, 0.5, 1.0], "run.tip": [1.0, 2.0, 3.0]})
+
+    def test_of_a_workspace_takes_the_arrays_that_go_with_the_time(self):
+        place = self.saved(t=np.arange(4) / 2, tip=np.arange(4.0), f=np.arange(3.0), psd=np.ones(3),
+                           phase=np.zeros(3), fs=2.0)
+        self.assertEqual(list(self.table(place)), ["t", "tip"])
+        self.assertEqual(list(self.table(place, "f")), ["frame", "f", "psd", "phase"])
+        table = recorded_table(place, TextOptions(), [])
+        self.assertIn("f, psd, phase (3 values)", str(table.assumptions[0]))
+        self.assertEqual(table.rate.hertz, 2.0)
+
+    def test_refuses_damaged_files(self):
         header = b"MATLAB 7.3 MAT-file".ljust(124) + b"\x00\x02IM"
-        self.assertIn("-v7", self.refusal(self.file("record.mat", header + b"\x89HDF\r\n\x1a\n")))
+        self.assertIn("7.3", self.refused_table(self.file("record.mat", header + b"\x89HDF\r\n")))
         for content in (b"", b"text", self.saved(x=np.random.rand(99)).read_bytes()[:300]):
-            self.assertIn("not a whole", self.refusal(self.file("record.mat", content)))
+            self.assertIn("not a whole", self.refused_table(self.file("record.mat", content)))
 
 
-class NumpyFiles(Tables):
+class NumpyFiles(RecordingFiles):
     def saved(self, array):
         np.save(self.folder / "record.npy", array)
         return self.folder / "record.npy"
@@ -215,17 +208,18 @@ class NumpyFiles(Tables):
         self.assertEqual(self.table(place), {"T": [3.0, 4.0], "tip": [0.5, 0.25]})
 
     def test_refuses_other_contents(self):
-        self.assertIn("(points, frames, 2)", self.refusal(self.saved(np.zeros((2, 3, 4)))))
-        self.assertIn("(points, frames, 2)", self.refusal(self.saved(np.zeros((2, 0, 2)))))
-        self.assertIn("one or two", self.refusal(self.saved(np.array(["a", "b"]))))
-        self.assertIn("pickle", self.refusal(self.saved(np.array([None]))))
+        self.assertIn("(points, frames, 2)", self.refused_table(self.saved(np.zeros((2, 3, 4)))))
+        self.assertIn("(points, frames, 2)", self.refused_table(self.saved(np.zeros((2, 0, 2)))))
+        self.assertIn("one or two", self.refused_table(self.saved(np.array(["a", "b"]))))
+        self.assertIn("pickle", self.refused_table(self.saved(np.array([None]))))
         for content in (b"", b"PK\x03\x04", pickle.dumps([1.0]), b"\x93NUMPY\x01\x00\x10\x00{}"):
-            self.assertIn("not a whole", self.refusal(self.file("record.npy", content)))
+            self.assertIn("not a whole", self.refused_table(self.file("record.npy", content)))
 
     def test_refuses_other_names_and_missing_files(self):
-        self.assertIn(".trk, .mat, .npy, .npz", self.refusal(self.file("results.pkl", b"")))
-        for name in ("none.trk", "none.mat", "none.npy"):
-            self.assertIn("No such file", self.refusal(self.folder / name))
+        self.assertIn("numpy.save as .npy", self.refused_table(self.file("results.pkl", b"")))
+        for name in ("none.trk", "none.mat", "none.npy", "none.csv"):
+            with self.assertRaises(FileNotFoundError):
+                self.table(self.folder / name)
 
 
 if __name__ == "__main__":

@@ -356,6 +356,10 @@ const toml::node* TomlTable::ask(const std::string& key, bool is_other_unit) con
     return table_ != nullptr ? table_->get(key) : nullptr;
 }
 
+void TomlTable::leave(const std::string& key) const {
+    static_cast<void>(ask(key));
+}
+
 std::string TomlTable::full_key(std::string_view key) const {
     const std::string& name = places_->places[place_].name;
     return name.empty() ? std::string(key) : fmt::format("{}.{}", name, key);

@@ -89,6 +89,9 @@ class TomlTable {
     /// list is empty.
     [[nodiscard]] TomlTable absent(const std::string& key) const;
 
+    /// Accepts a key whose content another program reads.
+    void leave(const std::string& key) const;
+
     /// Records that the key is missing, unless it is present but wrong or the table is absent.
     void missing(const std::string& key, std::string_view allowed) const;
     /// Records a fault at the key, with its value.

@@ -3,6 +3,8 @@
 // that they show: release, swing, and frames that are missing.
 #pragma once
 
+#include "measure/release/release_curve.hpp"
+
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -41,22 +43,6 @@ struct AxisRecord {
 /// seen or the height is outside the seen rows.
 [[nodiscard]] AxisRecord at_heights(const AxisRecord& rows, double clamp_row,
                                     const std::vector<double>& heights, int rows_per_height);
-
-/// Motion that is expected after a release.
-struct ReleaseCurve {
-    double relative_height = 1.0; ///< of the location, over the stem's length
-    double period = 1.0;          ///< of the first mode, frames
-    double decay_per_cycle = 0.0; ///< of the first mode's amplitude, 2πζ, ≥ 0
-
-    /// Deflection over the held one, `frames` after the release (1 before it): the first eight
-    /// modes of a uniform Euler–Bernoulli cantilever that was bent by a force at its tip, each
-    /// damped in proportion to its frequency (Kelvin–Voigt). The tip starts at once, lower
-    /// locations when the bending wave has reached them.
-    [[nodiscard]] double at(double frames) const;
-
-    /// Frames from the release to the first passage through the rest position.
-    [[nodiscard]] double first_passage() const;
-};
 
 /// The history of one location by frame; NaN where it was not seen.
 struct WatchedHistory {

@@ -8,7 +8,7 @@ from bisect import bisect_right
 from pathlib import Path
 from xml.etree import ElementTree as xml
 
-from recording_refusal import Refusal, Table
+from recording.refusal import Refusal, Table
 
 TRACKER = "org.opensourcephysics.cabrillo.tracker."
 MOST_FRAMES = 1_000_000

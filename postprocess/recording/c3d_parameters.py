@@ -7,7 +7,7 @@ import re
 import struct
 from dataclasses import dataclass, field
 
-from recording_refusal import Refusal
+from recording.refusal import Refusal
 
 INTEL = 84  # the fourth byte of the parameter section: the order of bytes
 BLOCK = 512

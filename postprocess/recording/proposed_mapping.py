@@ -7,10 +7,10 @@ from __future__ import annotations
 import json
 import textwrap
 
-from delimited_table import DelimitedTable
-from recorded_columns import UNITS, Record, Sensor
+from recording.columns import UNITS, Record, Sensor
+from recording.recorded_table import RecordedTable
+from recording.text_form import DELIMITERS
 
-DELIMITERS = {",": ",", ";": ";", "\t": "tab", " ": "space"}
 MOST_UNUSED = 50
 HEAD = """\
 # A proposal of culm for `culm import`. It contains what the recording states.
@@ -34,26 +34,37 @@ def quoted(text: str) -> str:
     return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
 
 
-def source_lines(file: str, table: DelimitedTable) -> list[str]:
-    lines = ["[source]", f"file = {quoted(file)}",
-             f'delimiter = "{DELIMITERS[table.delimiter]}"']
-    if table.decimal == ",":
-        lines.append('decimal = ","')
+def source_lines(file: str, table: RecordedTable) -> list[str]:
+    lines = ["[source]", f"file = {quoted(file)}"]
+    if table.form is not None:
+        word = next(word for word, sign in DELIMITERS.items() if sign == table.form.delimiter)
+        lines.append(f'delimiter = "{word}"')
+        if table.form.decimal == ",":
+            lines.append('decimal = ","')
     if table.skip_lines:
         lines.append(f"skip_lines = {table.skip_lines}")
     return lines
 
 
-def time_lines(record: Record) -> list[str]:
-    guess = "   # a guess; s, ms, us or frame is allowed" if record.is_unit_guess else ""
-    lines = ["", "[time]", f"column = {quoted(record.time)}", f'unit = "{record.time_unit}"{guess}']
+def time_lines(table: RecordedTable, record: Record, repair: str | None) -> list[str]:
+    lines = ["", "[time]"]
+    if record.time is None and table.rate is None:
+        lines.append("# rate_hz =   # samples per second: the file has no time column")
+    elif record.time is None:
+        lines.append(f"rate_hz = {table.rate.hertz:.12g}   # {table.rate.source}")
+    else:
+        guess = "   # a guess; s, ms, us, ns or frame is allowed" if record.is_unit_guess else ""
+        lines += [f"column = {quoted(record.time)}", f'unit = "{record.time_unit}"{guess}']
+    if repair:
+        lines.append(f'repeated_times = "{repair}"   # a guess; "spread" or "drop"')
     if record.begins_moving:
         lines += ["", "[release]",
                   'kind = "moving"   # the first readings move; else state [time] release_s']
     else:
         lines.append('release_s = "detect"')
     if record.time_unit == "frame":
-        lines += ["", "[camera]", "# fps =   # frames per second of the recording"]
+        rate = f" {table.rate.hertz:.12g}" if table.rate else ""
+        lines += ["", "[camera]", f"# fps ={rate}   # frames per second of the recording"]
     return lines
 
 
@@ -88,18 +99,20 @@ def unused_lines(names: list[str]) -> list[str]:
                                break_long_words=False)]
 
 
-def mapping_text(file: str, stem: str, table: DelimitedTable, record: Record) -> str:
-    lines = source_lines(file, table) + time_lines(record)
+def mapping_text(file: str, stem: str, table: RecordedTable, record: Record,
+                 repair: str | None) -> str:
+    lines = source_lines(file, table) + time_lines(table, record, repair)
     for sensor in record.sensors:
         lines += sensor_lines(sensor)
     lines += unused_lines(record.unused) + ["", "[stem]", f"id = {quoted(stem)}"]
     return HEAD + "\n" + "\n".join(lines) + STEM
 
 
-def keys_to_complete(record: Record) -> str:
+def keys_to_complete(table: RecordedTable, record: Record) -> str:
     quantities = {sensor.quantity for sensor in record.sensors}
     keys = ["unit"] if any(sensor.unit is None for sensor in record.sensors) else []
     keys += ["fps"] if record.time_unit == "frame" else []
+    keys += ["rate_hz"] if record.time is None and table.rate is None else []
     keys.append("height_mm")
     keys += ["mass_g (optional)"] if "acceleration" in quantities else []
     keys += ["distance_from_axis_mm"] if "strain" in quantities else []

@@ -10,9 +10,9 @@ from array import array
 from dataclasses import dataclass
 from pathlib import Path
 
-from c3d_parameters import (BLOCK, Content, Parameter, Parameters, parameters_at, plain, printable,
+from recording.c3d_parameters import (BLOCK, Content, Parameter, Parameters, parameters_at, plain, printable,
                             refusal, stated)
-from recording_refusal import Table
+from recording.refusal import Table
 
 LARGEST_FILE = 1 << 30
 MOST_FRAMES = 1e9

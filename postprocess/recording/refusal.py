@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the readers of recordings share."""
+"""The refusal of a bad recording, and the exit code that follows."""
 from __future__ import annotations
 
 import sys
@@ -11,7 +11,11 @@ Table = list[tuple[str, list]]  # name and values of each column
 
 
 class Refusal(Exception):
-    """The input is bad; the text is the reason."""
+    """The input is bad; the text is the reason. `is_complete`: it names the file."""
+
+    def __init__(self, text: str, is_complete: bool = False):
+        super().__init__(text)
+        self.is_complete = is_complete
 
 
 def exit_code_of(recording: Path, work: Callable[[], None]) -> int:
@@ -19,9 +23,10 @@ def exit_code_of(recording: Path, work: Callable[[], None]) -> int:
     try:
         work()
     except Refusal as error:
-        print(f"{recording}: {' '.join(str(error).split())}", file=sys.stderr)
+        reason = str(error) if error.is_complete else f"{recording}: {' '.join(str(error).split())}"
+        print(f"culm: {reason}", file=sys.stderr)
         return EXIT_BAD_INPUT
     except OSError as error:
-        print(f"{error.filename or recording}: {error.strerror}", file=sys.stderr)
+        print(f"culm: {error.filename or recording}: cannot be read: {error.strerror}", file=sys.stderr)
         return EXIT_BAD_INPUT
     return 0

@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Finds out how a text table is written: delimiter, decimal sign, and where its rows are.
+
+The rows of a table are the longest run of lines of equal kind. Lines of a header that contain
+numbers (samples, offsets, scales) form shorter runs."""
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+
+from recording.refusal import Refusal
+
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+CLOCK = re.compile(r"(\d{4}[-/.]\d\d?[-/.]\d\d?[T ]?)?(\d\d?:\d\d:\d\d([.,]\d+)?)?Z?")
+GAPS = ("", "nan", "na", "n/a", "null", "none", "-nan", "#n/a")
+FORMS = [(delimiter, decimal) for delimiter in (";", "\t", ",", " ") for decimal in (".", ",")
+         if delimiter != decimal]
+MOST_PROBED = 4000
+DELIMITERS = {",": ",", ";": ";", "tab": "\t", "space": " "}
+
+
+@dataclass(frozen=True)
+class TextForm:
+    delimiter: str
+    decimal: str
+
+
+def cells_of(line: str, delimiter: str) -> list[str]:
+    """The cells without blanks around them and without the empty ones at the end."""
+    if '"' in line:
+        try:
+            cells = next(csv.reader([line], delimiter=delimiter, skipinitialspace=True), [])
+        except csv.Error as error:
+            raise Refusal(f"it is not a table ({error})") from None
+    else:
+        cells = line.split(None if delimiter == " " else delimiter)
+    cells = [cell.strip() for cell in cells]
+    while cells and not cells[-1]:
+        cells.pop()
+    return cells
+
+
+def is_number(cell: str, decimal: str) -> bool:
+    if decimal == ",":
+        if "." in cell:
+            return False
+        cell = cell.replace(",", ".")
+    return NUMBER.fullmatch(cell) is not None
+
+
+def is_value(cell: str, decimal: str) -> bool:
+    """A number or a time of day."""
+    return is_number(cell, decimal) or (":" in cell and CLOCK.fullmatch(cell) is not None)
+
+
+def score_of(line: str, form: TextForm, fewest: int) -> int:
+    """Numbers less other cells of a line that can be a row; 0 for a line that cannot."""
+    cells = cells_of(line, form.delimiter)
+    filled = [cell for cell in cells if cell.lower() not in GAPS]
+    numbers = sum(is_value(cell, form.decimal) for cell in filled)
+    if numbers < fewest or 2 * numbers < len(filled) or line.lstrip().startswith("#"):
+        return 0
+    return max(1, 2 * numbers - len(filled))
+
+
+@dataclass
+class Run:
+    """Lines [begin, end) that can be rows; blank lines may be between them."""
+    begin: int
+    end: int
+    rows: int
+    score: int
+
+
+def is_row_with_texts(line: str, form: TextForm, width: int) -> bool:
+    """Whether a line can be a row whose readings are texts ("OVER"): a number and as many cells."""
+    cells = cells_of(line, form.delimiter)
+    return 1 < len(cells) == width and is_value(cells[0], form.decimal)
+
+
+def longest_run(lines: list[str], form: TextForm, fewest: int) -> Run:
+    best = current = Run(0, 0, 0, 0)
+    width = 0
+    for i, line in enumerate(lines):
+        if not line.strip():
+            continue
+        score = score_of(line, form, fewest)
+        is_row = score > 0 or (current.rows > 0 and is_row_with_texts(line, form, width))
+        if score > 0:
+            width = len(cells_of(line, form.delimiter))
+        if not is_row:
+            current = Run(i + 1, i + 1, 0, 0)
+            continue
+        if current.rows == 0:
+            current = Run(i, i, 0, 0)
+        current = Run(current.begin, i + 1, current.rows + 1, current.score + score)
+        if (current.rows, current.score) > (best.rows, best.score):
+            best = current
+    return best
+
+
+def probed(lines: list[str]) -> list[str]:
+    return lines[:MOST_PROBED]
+
+
+def form_and_run(lines: list[str], delimiter: str | None, decimal: str | None,
+                 first_line: int) -> tuple[TextForm, Run]:
+    """The form with the longest run of rows of two numbers; of one number if none has two."""
+    forms = [TextForm(*form) for form in FORMS
+             if delimiter in (None, form[0]) and decimal in (None, form[1])]
+    if not forms:
+        raise Refusal("the decimal sign and the delimiter are both a comma; state another "
+                      "[source] delimiter or decimal")
+    for fewest in (2, 1):
+        runs = [(longest_run(probed(lines), form, fewest), form) for form in forms]
+        run, form = max(runs, key=lambda found: (found[0].rows, found[0].score))
+        if run.rows >= 2:
+            return form, run
+    stated = [word for word, value in (("delimiter", delimiter), ("decimal", decimal)) if value]
+    other = f" with the stated {' and '.join(stated)}" if stated else ""
+    shown = next((line.strip() for line in lines if line.strip()), "")
+    raise Refusal(f"it has no two lines with two numbers each{other} (line {first_line} is "
+                  f"\"{shown[:60]}\"); a table with a time column and a column of readings is needed")
