@@ -142,6 +142,13 @@ bool FileDescriptor::is_locked() const {
     return false;
 }
 
+bool FileDescriptor::can_be_locked() const {
+    if (::flock(descriptor_, LOCK_SH | LOCK_NB) != 0)
+        return errno == EWOULDBLOCK;
+    (void)::flock(descriptor_, LOCK_UN);
+    return true;
+}
+
 bool FileDescriptor::is_same_file(dev_t device, ino_t inode) const {
     struct stat status {};
     return ::fstat(descriptor_, &status) == 0 && status.st_dev == device && status.st_ino == inode;

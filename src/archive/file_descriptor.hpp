@@ -56,6 +56,8 @@ class FileDescriptor {
     void lock_exclusively(const LockWait& wait = {});
     /// Whether another process holds the lock; false if that is unknown.
     [[nodiscard]] bool is_locked() const;
+    /// Whether the file system has locks.
+    [[nodiscard]] bool can_be_locked() const;
     /// Whether this is the file with that device and inode number.
     [[nodiscard]] bool is_same_file(dev_t device, ino_t inode) const;
     /// Closes the file and reports errors of delayed writes.

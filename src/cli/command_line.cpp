@@ -40,6 +40,16 @@ void print_warning(std::string_view text) {
     fmt::print(stderr, "culm: {} {}\n", style_of(stderr).warning("warning:"), text);
 }
 
+void warn_of_copies(int ranks) {
+    const int processes = farm::Environment::started_processes();
+    if (processes > ranks)
+        print_warning(fmt::format(
+            "{} processes were started, and this command sees {}: each does the whole work and "
+            "writes "
+            "the same files. Start parallel commands with mpirun, or with srun --mpi=pmix",
+            processes, ranks == 1 ? "itself alone" : fmt::format("{} of them", ranks)));
+}
+
 std::string as_words(const std::vector<std::string>& words) {
     std::string text;
     for (const std::string& word : words)
@@ -68,10 +78,14 @@ core::ExitCode with_refusals(bool prints, const std::function<core::ExitCode()>&
 core::ExitCode
 alone_or_under_launcher(int& argc, char**& argv,
                         const std::function<core::ExitCode(const farm::Communicator*)>& action) {
-    if (!farm::Environment::is_under_launcher())
+    if (!farm::Environment::is_under_launcher()) {
+        warn_of_copies(1);
         return action(nullptr);
+    }
     const farm::Environment environment(argc, argv);
     const farm::Communicator communicator = environment.world();
+    if (is_root(&communicator))
+        warn_of_copies(rank_count(&communicator));
     return with_refusals(is_root(&communicator), [&] { return action(&communicator); });
 }
 

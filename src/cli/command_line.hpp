@@ -27,6 +27,9 @@ void print_error(std::string_view reason);
 void print_note(std::string_view text);
 void print_warning(std::string_view text);
 
+/// Warns if a launcher started more processes than take part: each does the whole work.
+void warn_of_copies(int ranks);
+
 /// The words quoted for a shell, each after a space.
 [[nodiscard]] std::string as_words(const std::vector<std::string>& words);
 

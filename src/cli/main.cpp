@@ -5,6 +5,8 @@
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -69,7 +71,16 @@ std::vector<char*> without_help_command(int argc, char** argv) {
     return words;
 }
 
+/// Commands that spread their work over ranks compare their number with that of the processes.
+void warn_of_copies_of_serial_command(int argc, char** argv) {
+    constexpr std::array<std::string_view, 5> parallel{"run", "track", "calibrate", "compare",
+                                                       "diagnose"};
+    if (argc > 1 && argv[1][0] != '-' && std::ranges::find(parallel, argv[1]) == parallel.end())
+        culm::cli::warn_of_copies(1);
+}
+
 int run(int argc, char** argv) {
+    warn_of_copies_of_serial_command(argc, argv);
     CLI::App app("Calibrates a flexible-stem discrete-element model against measured free "
                  "vibration.",
                  "culm");

@@ -4,6 +4,7 @@
 #include "farm/mpi_calls.hpp"
 
 #include <cstdlib>
+#include <string_view>
 
 #ifdef __SANITIZE_ADDRESS__
 #include <sanitizer/lsan_interface.h>
@@ -71,6 +72,18 @@ bool Environment::is_under_launcher() {
         if (std::getenv(name) != nullptr)
             return true;
     return false;
+}
+
+int Environment::started_processes() {
+    // A batch script outside of a step has SLURM_NTASKS too, but is one process.
+    const bool is_step = std::getenv("SLURM_STEP_ID") != nullptr;
+    for (const char* name :
+         {"OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "SLURM_STEP_NUM_TASKS", "SLURM_NTASKS"})
+        if (const char* value = std::getenv(name);
+            value != nullptr && (is_step || std::string_view(name).substr(0, 5) != "SLURM"))
+            if (const int count = std::atoi(value); count > 0)
+                return count;
+    return 1;
 }
 
 } // namespace culm::farm

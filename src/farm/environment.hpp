@@ -28,6 +28,10 @@ class Environment {
     /// a short command that runs alone need not initialise MPI.
     [[nodiscard]] static bool is_under_launcher();
 
+    /// Number of processes that a launcher or a Slurm step started, by its environment variables; 1
+    /// if there is none. If it exceeds the number of ranks, launcher and MPI do not fit.
+    [[nodiscard]] static int started_processes();
+
   private:
     int exceptions_at_start_;
 };

@@ -45,6 +45,9 @@ struct Sensitivity {
     double standard_deviation = 0.0; ///< of the same
     double interactions = 0.0;       ///< share that no group explains alone
     std::vector<GroupSensitivity> groups;
+
+    /// False if the polynomials predict nothing at points left out: then no index is determined.
+    [[nodiscard]] bool is_determined() const { return degree > 0 && predicted_share > 0.0; }
 };
 
 /// Polynomial chaos by least squares (Sudret 2008): products of the groups' orthonormal

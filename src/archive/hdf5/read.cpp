@@ -2,6 +2,7 @@
 #include "archive/hdf5/read.hpp"
 
 #include "archive/bytes.hpp"
+#include "archive/file_descriptor.hpp"
 #include "archive/hdf5/handle.hpp"
 #include "archive/hdf5/write.hpp"
 #include "core/error.hpp"
@@ -29,9 +30,10 @@ void strip_padding(std::string& text) {
 FileHandle open_without_external_links(const std::filesystem::path& path) {
     if (H5Lis_registered(H5L_TYPE_EXTERNAL) > 0)
         checked(H5Lunregister(H5L_TYPE_EXTERNAL), "switch off external links", path);
-    // The file is read without a lock if the file system does not support locks.
     const PropertyListHandle access(checked(H5Pcreate(H5P_FILE_ACCESS), "set up access", path));
-    checked(H5Pset_file_locking(access.get(), true, true), "set file locking", path);
+    // HDF5 ignores only one of the errors of a file system without locks.
+    const bool locks = FileDescriptor(path, FileDescriptor::Access::Read).can_be_locked();
+    checked(H5Pset_file_locking(access.get(), locks, true), "set file locking", path);
     return FileHandle(checked(H5Fopen(path.c_str(), H5F_ACC_RDONLY, access.get()),
                               "open it as an HDF5 file", path));
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // culm run STUDY.toml [-o DIR] [--resume] [--dry-run]
+#include "archive/file_descriptor.hpp"
 #include "cli/interruption.hpp"
 #include "cli/options.hpp"
 #include "cli/progress.hpp"
@@ -221,6 +222,11 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
     const study::ExecuteOutcome outcome = study::execute(study, folder, communicator, options);
     display.finish();
     return farm::on_root(communicator, [&] {
+        if (!archive::FileDescriptor(output, archive::FileDescriptor::Access::Read).can_be_locked())
+            print_note(
+                fmt::format("the file system of {} has no locks: nothing prevents a second job "
+                            "from working there at the same time",
+                            output));
         if (!outcome.archive_is_complete)
             return report_early_stop(study, folder, outcome);
         core::ExitCode exit_code = report(folder);

@@ -97,6 +97,9 @@ class FlexibleRest {
                 break;
             add_columns(line, std::span(fit.times).subspan(first), columns);
         }
+        basis_.resize(frames, 0);
+        if (columns.empty()) // Eigen's QR needs a column
+            return;
         Eigen::MatrixXd basis(frames, static_cast<Eigen::Index>(columns.size()));
         for (std::size_t k = 0; k < columns.size(); ++k)
             basis.col(static_cast<Eigen::Index>(k)) = columns[k].normalized();

@@ -128,25 +128,14 @@ void check_height(const std::string& name, const DeflectionHeader& header, std::
 /// True if the whole line is in one cell, or if the first cell contains another separator.
 bool has_other_delimiter(const DelimitedLine& line, core::FileFaults& faults) {
     const std::string& first = line.cells.front();
-    if (first.starts_with("sep=")) {
-        faults.add(
-            line.number,
-            "\"sep=\" is a note for a spreadsheet: delete the line, separate cells by commas");
-        return true;
-    }
-    for (const auto& [delimiter, word] :
-         {std::pair{';', "semicolons"}, std::pair{'\t', "tabulators"}, std::pair{'|', "bars"}})
-        if (first.find(delimiter) != std::string::npos) {
-            faults.add(line.number, fmt::format("cells are separated by {}; write commas, and "
-                                                "decimal points in the numbers",
-                                                word));
-            return true;
-        }
-    if (line.cells.size() == 1 && first.find(' ') != std::string::npos) {
-        faults.add(line.number, "cells are separated by spaces; write commas");
-        return true;
-    }
-    return false;
+    const bool is_other = !first.starts_with("h=") &&
+                          (first.find_first_of(";\t|=") != std::string::npos ||
+                           (line.cells.size() == 1 && first.find(' ') != std::string::npos));
+    if (is_other)
+        faults.add(line.number,
+                   "cells are not separated by commas; write commas, and decimal points "
+                   "in the numbers (`culm import` reads tables of any form)");
+    return is_other;
 }
 
 /// Every sensor of stem.toml must have a column.
@@ -213,21 +202,15 @@ bool is_gap(const std::string& cell) {
     return cell.empty() || cell == "nan" || cell == "NaN" || cell == "NAN";
 }
 
-/// Checks the number of cells of a line; mentions decimal commas if they split the numbers.
+/// Checks the number of cells of a line.
 bool has_right_length(const DelimitedLine& line, std::size_t columns,
                       const DeflectionHeader& header, core::FileFaults& faults) {
     if (line.cells.size() == columns || line.cells.size() == columns + header.unnamed)
         return true;
-    const bool is_whole = std::ranges::all_of(line.cells, [](const std::string& cell) {
-        return cell.find_first_not_of("-+0123456789") == std::string::npos;
-    });
-    std::string hint;
-    if (is_whole && line.cells.size() > columns)
-        hint = " (decimal commas? write decimal points)";
-    else if (line.cells.size() == 1 && line.cells[0].find(';') != std::string::npos)
-        hint = " (cells are separated by semicolons; write commas)";
-    faults.add(line.number, fmt::format("has {} cells, but the header has {} columns{}",
-                                        line.cells.size(), columns, hint));
+    faults.add(line.number,
+               fmt::format("has {} cells, but the header has {} columns (commas separate "
+                           "cells, and are no decimal signs)",
+                           line.cells.size(), columns));
     return false;
 }
 

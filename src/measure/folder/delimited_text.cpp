@@ -1,12 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/folder/delimited_text.hpp"
 
-#include "core/decimal_text.hpp"
 #include "core/error.hpp"
 #include "core/user_files.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 
 #include <fmt/format.h>
@@ -16,10 +14,6 @@ namespace culm::measure {
 namespace {
 
 constexpr std::string_view blanks = " \t\r\n";
-
-bool is_digit(char c) {
-    return c >= '0' && c <= '9';
-}
 
 std::vector<std::string> split_line(std::string_view line, char delimiter) {
     std::vector<std::string> cells;
@@ -55,36 +49,6 @@ std::vector<std::string> split_line(std::string_view line, char delimiter) {
 
 bool has_content(const DelimitedLine& line) {
     return std::ranges::any_of(line.cells, [](const std::string& cell) { return !cell.empty(); });
-}
-
-bool has_letters(std::string_view text) {
-    return std::ranges::any_of(
-        text, [](char c) { return std::isalpha(static_cast<unsigned char>(c)) != 0; });
-}
-
-/// "14.01.2024", "2024-01-14", "1/2/24", "12:30", "14-Jan", "Jan 14".
-bool looks_like_date(std::string_view cell) {
-    constexpr std::array<std::string_view, 12> months{"jan", "feb", "mar", "apr", "may", "jun",
-                                                      "jul", "aug", "sep", "oct", "nov", "dec"};
-    const std::string lower = lower_case(cell);
-    const bool has_digit = std::ranges::any_of(lower, is_digit);
-    for (const std::string_view month : months)
-        if (has_digit && lower.find(month) != std::string::npos)
-            return true;
-    if (has_letters(lower))
-        return false;
-    const auto count_of = [&](char c) { return std::ranges::count(lower, c); };
-    return count_of('.') >= 2 || count_of(':') >= 1 || count_of('/') >= 1 ||
-           (count_of('-') >= 2 && lower.front() != '-');
-}
-
-/// The length of the number at the beginning of a cell.
-std::size_t length_of_number(std::string_view cell) {
-    // The longest prefix first: "1e3 mm" begins with the number 1e3 and not with 1.
-    for (std::size_t length = cell.size(); length > 0; --length)
-        if (core::parse_decimal(trimmed(cell.substr(0, length))))
-            return length;
-    return 0;
 }
 
 } // namespace
@@ -144,32 +108,10 @@ std::vector<DelimitedLine> split_table(std::string_view text, char delimiter) {
 }
 
 std::string why_not_a_number(std::string_view cell) {
-    if (cell.empty())
-        return "is empty";
-    if (cell.front() == '#')
-        return "is an error value of a spreadsheet; leave the cell empty where nothing was seen";
-    if (cell.front() == '=')
-        return "is a formula; save the values of the sheet, not its formulas";
-    if (cell.find("\xE2\x88\x92") != std::string_view::npos ||
-        cell.find("\xE2\x80\x93") != std::string_view::npos)
-        return "has a typographic minus sign or a dash; write -";
-    const bool has_comma = cell.find(',') != std::string_view::npos;
-    const bool has_point = cell.find('.') != std::string_view::npos;
-    if (has_comma && !has_letters(cell))
-        return has_point ? "has a thousands separator; write digits and one decimal point"
-                         : "has a decimal comma; write a decimal point";
-    if (looks_like_date(cell))
-        return "is a date or a time of day: a spreadsheet has turned the number into one; format "
-               "the column as a number";
-    if (cell.find('\'') != std::string_view::npos ||
-        cell.find("\xC2\xA0") != std::string_view::npos)
-        return "has a thousands separator or an apostrophe; write digits and one decimal point";
-    const std::size_t number = length_of_number(cell);
-    if (number > 0 && has_letters(cell.substr(number)))
-        return "carries a unit or a note; units belong into the header";
-    if (number > 0)
-        return "holds more than a number; write digits and one decimal point";
-    return "is not a number; leave the cell empty where nothing was seen";
+    return cell.empty() ? "is empty"
+                        : "is not a number: write digits and one decimal point, without a unit, a "
+                          "thousands separator, a date or a formula; leave the cell empty where "
+                          "nothing was seen";
 }
 
 } // namespace culm::measure

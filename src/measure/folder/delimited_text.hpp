@@ -28,8 +28,7 @@ struct DelimitedLine {
 /// first table line, and empty lines at the end are skipped.
 [[nodiscard]] std::vector<DelimitedLine> split_table(std::string_view text, char delimiter);
 
-/// Why a cell is not a number, and what to do: decimal commas, dates, error values and units of
-/// spreadsheets, typographic minus signs, thousands separators; otherwise "is not a number".
+/// Why a cell is not a number, and what to write.
 [[nodiscard]] std::string why_not_a_number(std::string_view cell);
 
 } // namespace culm::measure

@@ -2,6 +2,7 @@
 #include "measure/folder/measurement_folder.hpp"
 
 #include "core/error.hpp"
+#include "core/order_statistics.hpp"
 #include "core/user_files.hpp"
 #include "measure/folder/measurement_files.hpp"
 
@@ -124,6 +125,31 @@ void remove_offsets(const fs::path& folder, Measurement& measurement) {
     }
 }
 
+/// Notes a swing whose middle is far from 0: the zero is then not that of the undeformed stem.
+void note_offset(const fs::path& folder, Measurement& measurement) {
+    if (measurement.release == ReleaseKind::HeldStraight ||
+        measurement.gravity_direction == GravityDirection::Transverse ||
+        !is_of_camera(measurement.sensors, measurement.heights.size() - 1))
+        return;
+    const std::size_t row = measurement.heights.size() - 1;
+    std::vector<double> all = measurement.history(row);
+    std::vector<double> late(all.begin() + std::ptrdiff_t(all.size() / 2), all.end());
+    for (std::vector<double>* values : {&all, &late})
+        std::erase_if(*values, [](double value) { return std::isnan(value); });
+    if (late.size() < 12)
+        return;
+    const double middle = 0.5 * (core::quantile(late, 0.02) + core::quantile(late, 0.98));
+    const auto [low, high] = std::ranges::minmax(all);
+    if (std::abs(middle) > 0.25 * (high - low))
+        measurement.remarks.push_back(
+            fmt::format("{}: the stem swings about {:.3g} mm at h = {:g} mm, not about 0. "
+                        "Deflections count from "
+                        "the undeformed stem, so no model will fit: subtract the rest position "
+                        "from each column "
+                        "(culm import does it with [motion] zero = \"at_rest\")",
+                        folder.string(), 1e3 * middle, 1e3 * measurement.heights[row]));
+}
+
 } // namespace
 
 Measurement read_measurement(const fs::path& folder) {
@@ -141,6 +167,7 @@ Measurement read_measurement(const fs::path& folder) {
     if (measurement.release == ReleaseKind::Moving)
         begin_at_start(folder, measurement);
     remove_offsets(folder, measurement);
+    note_offset(folder, measurement);
     return measurement;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/decimal_text.hpp"
 #include "measure/folder/measurement_files.hpp"
+#include "measure/folder/stem_section.hpp"
 
 #include <algorithm>
 #include <array>
@@ -18,7 +19,7 @@ constexpr core::Interval stem_length = StemLimits::length;
 constexpr core::Interval stem_width = StemLimits::width;
 constexpr core::Interval positive{0.0, 1e12, true};
 constexpr core::Interval masses{0.0, 1e3, true}; // kg
-constexpr double largest_start = 1e6;            // s
+constexpr double largest_start = 1e10;           // s, also since 1970
 constexpr core::Interval longest_hold{0.0, 1e7}; // s, that of the effect relaxation
 
 /// The enumerator, from the first to `last`, whose word the key has; empty if it has none.
@@ -31,119 +32,12 @@ std::optional<Value> read_choice(const core::TomlTable& table, const std::string
     return index ? std::optional(static_cast<Value>(*index)) : std::nullopt;
 }
 
-/// A quantity's standard uncertainty in SI units, in one of three forms (JCGM 100 and 101): u
-/// itself, an expanded uncertainty U = k u, or limits ±a without further knowledge, u = a/√3.
-std::optional<double> read_uncertainty(const core::TomlTable& table, const std::string& name,
-                                       const core::KeyUnit& unit, double value, double largest) {
-    const std::string limits_name = name + "_limits";
-    const std::string expanded_name = name + "_expanded_uncertainty";
-    const core::Interval range{0.0, largest, true};
-    const auto standard = table.quantity(name + "_uncertainty", unit, range);
-    const auto expanded = table.quantity(expanded_name, unit, range);
-    const auto factor = table.number("coverage_factor", {1.0, 10.0});
-    const std::string key = table.key_of(name + "_uncertainty", unit);
-    const std::string expanded_key = table.key_of(expanded_name, unit);
-    const std::string limits_key = table.key_of(limits_name, unit);
-    const int power = limits_key.ends_with(unit.small) ? unit.power_of_ten : 0;
-    const std::vector<double> limits =
-        table.numbers(limits_key, {0.0, core::with_point_moved(largest, -power)});
-    if (int(table.has(key)) + int(table.has(expanded_key)) + int(table.has(limits_key)) > 1) {
-        table.fault(table.has(limits_key) ? limits_key : expanded_key,
-                    fmt::format("is given in addition to {}: one of them is enough",
-                                table.has(key) ? key : expanded_key));
-        return std::nullopt;
-    }
-    if (standard)
-        return standard;
-    if (expanded) {
-        table.missing("coverage_factor",
-                      fmt::format("ratio of {} to the standard uncertainty", expanded_key));
-        return *expanded / factor.value_or(1.0);
-    }
-    if (limits.empty())
-        return std::nullopt;
-    const double low = core::with_point_moved(limits.front(), power);
-    const double high = core::with_point_moved(limits.back(), power);
-    if (limits.size() != 2 || !(low < high) || value < low || value > high) {
-        table.fault(limits_key, fmt::format("must be [lowest, highest] with {} between them",
-                                            core::decimal_text(value, -power)));
-        return std::nullopt;
-    }
-    // Any value between the limits is equally likely (JCGM 101, 6.4.2): variance a²/3.
-    return 0.5 * (high - low) / std::sqrt(3.0);
-}
-
-void read_section(const core::TomlTable& table, Measurement& measurement) {
-    MeasuredStem& stem = measurement.stem;
-    StatedUncertainties& stated = measurement.uncertainties;
-    struct Part {
-        std::string name;
-        core::KeyUnit unit;
-        core::Interval range;
-        std::string meaning;
-        std::size_t shape;
-        std::optional<double>& uncertainty;
-    };
-    const std::array<std::string, 2> shapes{"rectangle", "general"};
-    const std::array<Part, 4> parts{
-        {{"width", core::length_unit, stem_width, "across the plane of motion", 0,
-          stated.section_width},
-         {"height", core::length_unit, stem_width, "in the direction of the motion", 0,
-          stated.section_height},
-         {"area", core::area_unit, positive, "of the section", 1, stated.section_area},
-         {"second_moment", core::second_moment_unit, positive, "for bending in the plane of motion",
-          1, stated.second_moment}}};
-    const auto shape = table.word("shape", shapes);
-    table.missing("shape", "must be \"rectangle\" or \"general\"");
-    std::array<double, 4> values{};
-    for (std::size_t i = 0; i < parts.size(); ++i) {
-        const Part& part = parts[i];
-        values[i] = table.quantity(part.name, part.unit, part.range).value_or(0.0);
-        part.uncertainty =
-            read_uncertainty(table, part.name, part.unit, values[i], part.range.high);
-        const std::string key = table.key_of(part.name, part.unit);
-        const std::string uncertainty_key = table.key_of(part.name + "_uncertainty", part.unit);
-        if (shape && shape != part.shape && part.uncertainty)
-            table.fault(uncertainty_key,
-                        fmt::format("belongs to shape = \"{}\"", shapes[part.shape]));
-        if (shape == part.shape)
-            table.missing(key, part.meaning);
-        else if (shape && table.has(key))
-            table.fault(key, fmt::format("belongs to shape = \"{}\"", shapes[part.shape]));
-    }
-    if (shape == std::size_t{0})
-        stem.section = RectangularSection{values[0], values[1]};
-    else if (shape)
-        stem.section = GeneralSection{values[2], values[3]};
-}
-
-void read_round_section(const core::TomlTable& table, bool has_other_section, MeasuredStem& stem) {
-    const auto wall = table.length("wall", {0.0, stem_width.high, true});
-    const std::string wall_key = table.key_of("wall", core::length_unit);
-    if (has_other_section) {
-        static_cast<void>(table.length("diameter", stem_width));
-        // The diameter of a round stem or a section, not both.
-        for (const std::string& key : {table.key_of("diameter", core::length_unit), wall_key})
-            if (table.has(key))
-                table.fault(key, "the file also has a [section]: remove one of them");
-        return;
-    }
-    const double diameter = table.required_length(
-        "diameter", stem_width, "outer diameter (or a [section] for other shapes)");
-    if (diameter > 0.0 && wall && *wall >= 0.5 * diameter)
-        table.fault(wall_key, fmt::format("must be below half the diameter, {} mm",
-                                          core::decimal_text(0.5 * diameter, 3)));
-    stem.section = CircularSection{diameter, wall};
-}
-
 void read_stem(const core::TomlTable& table, bool has_other_section, Measurement& measurement) {
     MeasuredStem& stem = measurement.stem;
     stem.id = table.text("id").value_or("");
     table.missing("id", "a name for this stem, in quotes");
     stem.length =
         table.required_length("length", stem_length, "free length from the clamp to the tip");
-    stem.density = table.number("density_kg_m3", StemLimits::density).value_or(0.0);
-    table.missing("density_kg_m3", "in kg/m³");
     stem.poissons_ratio = table.number("poissons_ratio", {-1.0, 0.5, true});
     if (const auto spheres = table.whole_number("spheres", {3, 4096}))
         stem.spheres = static_cast<int>(*spheres);
@@ -161,8 +55,6 @@ void read_stem(const core::TomlTable& table, bool has_other_section, Measurement
         read_uncertainty(table, "wall", core::length_unit, wall, stem_width.high);
     if (wall == 0.0 && measurement.uncertainties.wall)
         table.fault("wall_uncertainty_mm", "the file states no wall");
-    measurement.uncertainties.density = read_uncertainty(table, "density", core::density_unit,
-                                                         stem.density, StemLimits::density.high);
     measurement.specimen = table.text("specimen").value_or("");
     measurement.rig = table.text("rig").value_or("");
 }
@@ -445,6 +337,7 @@ void read_stem_tables(const core::TomlTable& root, Measurement& measurement) {
     root.missing("stem", "write a table [stem] with id, length_mm, diameter_mm, density_kg_m3");
     read_stem(root.table("stem"), section.exists(), measurement);
     read_section(section, measurement);
+    read_density(root.table("stem"), measurement);
     read_added_masses(root, measurement.stem);
     read_sensors(root, measurement);
     read_release(root.table("release"), measurement);

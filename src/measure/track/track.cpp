@@ -237,6 +237,37 @@ void fill_measurement(Track& track) {
         measurement.uncertainties.row = rounded_length(row_uncertainty_px * scale);
 }
 
+/// Refuses frames that last unequally long by the file's time stamps: a telephone lengthens them
+/// when the light fades. Stamps are rounded, often to a millisecond.
+void require_equal_frames(const FrameSource& source, const std::vector<std::size_t>& wanted) {
+    constexpr std::size_t part = 20;
+    const std::vector<double>& stamps = source.stamps();
+    if (stamps.empty() || wanted.size() <= 2 * part)
+        return;
+    const auto duration = [&](std::size_t begin) {
+        const std::size_t first = wanted[begin];
+        const std::size_t last = wanted[begin + part];
+        return (stamps[last] - stamps[first]) /
+               double(source.numbers()[last] - source.numbers()[first]);
+    };
+    const double first = duration(0);
+    for (std::size_t begin = 1; begin + part < wanted.size(); ++begin)
+        if (const double here = duration(begin); std::abs(here - first) > 0.03 * first + 0.1) {
+            // The longer frames begin in the middle of the first window that shows them.
+            std::size_t change = begin + part;
+            while (change > begin && std::abs(stamps[wanted[change]] - stamps[wanted[change - 1]] -
+                                              first) > 0.03 * first + 0.1)
+                --change;
+            throw core::InputError(fmt::format(
+                "{}: the frames last unequally long by the file's time stamps: {:.4g} ms, and "
+                "{:.4g} "
+                "ms from frame {} on. Frames of one duration are needed: state a part as [video] "
+                "first_frame and frame_count, with its fps",
+                source.name(), first, duration(std::min(begin + part, wanted.size() - part - 1)),
+                source.numbers()[wanted[change]]));
+        }
+}
+
 WindowOptions window_options(const Track& track) {
     const TrackSettings& settings = track.settings;
     WindowOptions options{
@@ -296,6 +327,7 @@ Track track_video(const TrackSettings& settings, int threads) {
         track.remarks.push_back(remark);
     track.frames_per_second = camera_rate(*source, settings, track.remarks);
     const std::vector<std::size_t> wanted = wanted_frames(*source, settings);
+    require_equal_frames(*source, wanted);
     track.survey = survey_stem(*source, wanted, settings, threads);
     track.rows.numbers = true_numbers(*source, wanted, settings);
     const std::vector<bool> repeats = track_rows(track, *source, wanted, threads);

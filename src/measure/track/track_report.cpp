@@ -43,6 +43,41 @@ double seen_fraction(const Measurement& measurement) {
     return double(known(measurement.deflections).size()) / double(measurement.deflections.size());
 }
 
+/// Values that video.toml does not state, with the key of [video] that states each.
+std::string assumed_text(const Track& track) {
+    const TrackSettings& settings = track.settings;
+    const StemSurvey& survey = track.survey;
+    const bool sideways = is_sideways(survey.view.up);
+    std::string text;
+    const auto add = [&text](const std::string& what, std::string_view key) {
+        text += fmt::format("    {}  {}   ([video] {})\n", text.empty() ? "assumed:" : "        ",
+                            what, key);
+    };
+    if (!settings.fps)
+        add(fmt::format("{:g} frames/s, of the recording's header", track.frames_per_second),
+            "fps");
+    if (!settings.up)
+        add(fmt::format("the tip is toward {}", up_name(survey.view.up)), "up");
+    if (!settings.clamp)
+        add(fmt::format("the stem is clamped at {} {:.1f}", sideways ? "column" : "row",
+                        places_json(track)[sideways ? "clamp_column" : "clamp_row"].get<double>()),
+            sideways ? "clamp_column" : "clamp_row");
+    if (!settings.stem_sign)
+        add(fmt::format("the stem is {} than its background",
+                        survey.view.sign > 0 ? "brighter" : "darker"),
+            "stem");
+    if (!settings.band && survey.bands > 1)
+        add(fmt::format("the {} channel shows it best", band_name(survey)), "best_channel");
+    if (!settings.pull_sign)
+        add(fmt::format("deflections are positive toward the {}, where it was held",
+                        positive_side(track)),
+            "pull_side");
+    if (!settings.release_frame)
+        add(fmt::format("it was let go at frame {:.2f}", track.window.release.number),
+            "release_frame");
+    return text;
+}
+
 } // namespace
 
 const char* up_name(Up up) {
@@ -146,7 +181,7 @@ std::string summary_text(const Track& track) {
                 : "");
     for (const std::string& remark : track.remarks)
         text += fmt::format("    note: {}\n", remark);
-    return text;
+    return text + assumed_text(track);
 }
 
 void write_track(const std::filesystem::path& folder, const Track& track, bool with_video) {

@@ -91,13 +91,19 @@ json to_json(const reduce::Share& share) {
     return {{"value", number(share.value)}, {"interval", bounds_json(share.interval)}};
 }
 
-json to_json(const reduce::Sensitivity& sensitivity) {
+json to_json(const reduce::Sensitivity& sensitivity, std::int64_t designed) {
+    if (!sensitivity.is_determined())
+        return {
+            {"reason", fmt::format("polynomials of the factors predict nothing at points that are "
+                                   "left out of {}",
+                                   sensitivity.points)}};
     const auto indices = [](const reduce::GroupSensitivity& group) -> json {
         return {{"group", group.name},
                 {"first_order", to_json(group.first_order)},
                 {"total", to_json(group.total)}};
     };
     return {{"points", sensitivity.points},
+            {"designed_points", designed},
             {"degree", sensitivity.degree},
             {"terms", sensitivity.terms},
             {"predicted_share", number(sensitivity.predicted_share)},
@@ -107,7 +113,7 @@ json to_json(const reduce::Sensitivity& sensitivity) {
             {"indices", array_of(sensitivity.groups, indices)}};
 }
 
-void add_spread(json& out, const study::ReplicateSummary& summary) {
+void add_spread(json& out, const study::ReplicateSummary& summary, std::int64_t designed) {
     json population = json::object();
     json components = json::object();
     json sensitivity = json::object();
@@ -117,7 +123,7 @@ void add_spread(json& out, const study::ReplicateSummary& summary) {
         if (response.components)
             components[response.name] = to_json(*response.components);
         if (response.sensitivity)
-            sensitivity[response.name] = to_json(*response.sensitivity);
+            sensitivity[response.name] = to_json(*response.sensitivity, designed);
     }
     out["population"] = population;
     if (!components.empty()) {
@@ -249,7 +255,7 @@ nlohmann::json to_json(const study::StudySummary& summary) {
             to_json(summary.regression.sqrt_youngs_modulus, "frequency", "sqrt(Pa)")},
            {"bond_damping", to_json(summary.regression.bond_damping, "decay_per_cycle", "1")}}}});
     if (summary.replicates)
-        add_spread(out, *summary.replicates);
+        add_spread(out, *summary.replicates, static_cast<std::int64_t>(summary.points));
     return out;
 }
 

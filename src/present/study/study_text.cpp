@@ -72,12 +72,15 @@ std::string components_line(const study::ResponseSpread& response) {
 
 std::string sensitivity_lines(const study::ResponseSpread& response) {
     const reduce::Sensitivity& s = *response.sensitivity;
+    if (!s.is_determined())
+        return fmt::format(
+            "    {:<14} not determined: polynomials of the factors predict nothing at "
+            "points that are left out\n",
+            short_name(response));
     std::string text = fmt::format(
         "    {:<14} polynomials of degree {} predict {:.2f} % of the variance of points left out; "
         "interactions {:.1f} %\n",
         short_name(response), s.degree, 100.0 * s.predicted_share, 100.0 * s.interactions);
-    if (s.degree == 0)
-        return text;
     std::size_t width = 0;
     for (const reduce::GroupSensitivity& group : s.groups)
         width = std::max(width, group.name.size());
@@ -88,7 +91,7 @@ std::string sensitivity_lines(const study::ResponseSpread& response) {
     return text;
 }
 
-std::string replicate_table(const study::ReplicateSummary& summary) {
+std::string replicate_table(const study::ReplicateSummary& summary, std::size_t failed) {
     if (!summary.has_distributions)
         return {};
     std::string text = fmt::format("\nSpread of {} points (95 % intervals)\n",
@@ -101,6 +104,10 @@ std::string replicate_table(const study::ReplicateSummary& summary) {
             text += components_line(response);
     }
     text += "\nWhere the spread comes from (Sobol indices by polynomial chaos)\n";
+    if (failed > 0)
+        text += fmt::format("    of the {} points that gave a result; {} failed, which is not by "
+                            "chance: these are indices of a part of the design\n",
+                            summary.responses.front().population.count, failed);
     if (!summary.no_sensitivity_reason.empty())
         return text + fmt::format("    not known: {}\n", summary.no_sensitivity_reason);
     for (const study::ResponseSpread& response : summary.responses)
@@ -225,7 +232,7 @@ std::string regression_table(const study::StudySummary& summary) {
                 summary.regression.sqrt_youngs_modulus);
     text += law("beta", "b1", "-261.4 b1 + 2.5 (Eq. 13)", summary.regression.bond_damping);
     if (summary.replicates)
-        text += replicate_table(*summary.replicates);
+        text += replicate_table(*summary.replicates, summary.failed.size());
     return text + failed_points_text(summary);
 }
 

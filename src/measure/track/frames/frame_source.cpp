@@ -103,6 +103,51 @@ class ImageSequence final : public FrameSource {
     NumberedName names_;
 };
 
+/// The pages of one TIFF file, as ImageJ and high-speed cameras write them.
+class PageStack final : public FrameSource {
+  public:
+    explicit PageStack(const std::filesystem::path& file) {
+        name_ = file.string();
+        const std::size_t pages = cv::imcount(name_, cv::IMREAD_UNCHANGED);
+        if (pages == 0)
+            throw core::InputError(fmt::format("{}: is not a readable picture", name_));
+        if (pages == 1)
+            throw core::InputError(fmt::format(
+                "{}: this TIFF file has one page; of numbered pictures give a pattern like "
+                "frames/%05d.tif (ImageJ stores more than 4 GB in one page: save an image "
+                "sequence)",
+                name_));
+        for (std::size_t page = 0; page < pages; ++page)
+            numbers_.push_back(static_cast<int>(page));
+    }
+
+    /// Blocks of pages, because the library walks from the first page to the wanted one.
+    void for_each(std::span<const std::size_t> wanted, int threads, const Use& use) const override {
+        constexpr std::size_t block = 32;
+        for_each_index((wanted.size() + block - 1) / block, threads, [&](std::size_t k) {
+            const std::size_t end = std::min(wanted.size(), (k + 1) * block);
+            const auto first = static_cast<int>(wanted[k * block]);
+            const int count = static_cast<int>(wanted[end - 1]) - first + 1;
+            const bool is_dense = static_cast<std::size_t>(count) == end - k * block;
+            std::vector<cv::Mat> pages;
+            if (is_dense)
+                cv::imreadmulti(name_, pages, first, count, cv::IMREAD_UNCHANGED);
+            for (std::size_t i = k * block; i < end; ++i) {
+                if (!is_dense) {
+                    pages.clear();
+                    cv::imreadmulti(name_, pages, static_cast<int>(wanted[i]), 1,
+                                    cv::IMREAD_UNCHANGED);
+                }
+                const std::size_t page = is_dense ? i - k * block : 0;
+                if (page >= pages.size() || pages[page].empty())
+                    throw core::InputError(
+                        fmt::format("{}: page {} cannot be read", name_, wanted[i] + 1));
+                use(i, frame_from(pages[page], name_));
+            }
+        });
+    }
+};
+
 /// A damaged container may state any time; with more lost frames a recording is unusable.
 constexpr double most_missing = 1e6;
 
@@ -122,14 +167,13 @@ class VideoFile final : public FrameSource {
         if (const double fps = video.get(cv::CAP_PROP_FPS); fps > 0.0 && std::isfinite(fps))
             stated_fps_ = fps;
         // The number of frames that a container states is often an estimate.
-        std::vector<double> stamps;
         while (video.grab()) {
             numbers_.push_back(static_cast<int>(numbers_.size()));
-            stamps.push_back(video.get(cv::CAP_PROP_POS_MSEC));
+            stamps_.push_back(video.get(cv::CAP_PROP_POS_MSEC));
         }
         if (numbers_.empty())
             throw core::InputError(fmt::format("{}: holds no frame", name_));
-        find_missing_frames(stamps);
+        find_missing_frames(stamps_);
     }
 
     /// A video is decoded in order: the threads decode in turn and track their own frames.
@@ -215,6 +259,8 @@ std::unique_ptr<FrameSource> open_frames(const std::filesystem::path& folder,
     if (extension == ".mraw" || extension == ".MRAW")
         throw core::InputError(
             fmt::format("{}: give the header that belongs to it (.cih or .cihx)", path.string()));
+    if (extension == ".tif" || extension == ".tiff" || extension == ".TIF" || extension == ".TIFF")
+        return std::make_unique<PageStack>(path);
     return std::make_unique<VideoFile>(path);
 }
 

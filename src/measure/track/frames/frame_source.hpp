@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Sources of frames: an image sequence, a video file, or a recording of a Photron camera (a header
-// .cih or .cihx and raw pixels .mraw).
+// Sources of frames: an image sequence, a stack of pages in one TIFF file, a video file, or a
+// recording of a Photron camera (a header .cih or .cihx and raw pixels .mraw).
 #pragma once
 
 #include "measure/track/frames/frame_image.hpp"
@@ -37,6 +37,8 @@ class FrameSource {
     [[nodiscard]] std::optional<double> stated_fps() const { return stated_fps_; }
     /// Whether stated_fps() is the camera's rate. A video file often states its playback rate.
     [[nodiscard]] bool states_camera_rate() const { return states_camera_rate_; }
+    /// (numbers) time of each frame as a video file states it, ms; empty if it states none.
+    [[nodiscard]] const std::vector<double>& stamps() const { return stamps_; }
     /// Remarks on the recording for the user, one sentence each.
     [[nodiscard]] const std::vector<std::string>& remarks() const { return remarks_; }
 
@@ -49,14 +51,16 @@ class FrameSource {
   protected:
     std::string name_;
     std::vector<int> numbers_;
+    std::vector<double> stamps_;
     std::optional<double> stated_fps_;
     bool states_camera_rate_ = false;
     std::vector<std::string> remarks_;
 };
 
 /// Opens the recording `location`, relative to `folder`: a pattern with %d or %05d for the number
-/// of an image (PNG, TIFF and other formats of OpenCV), a Photron header (.cih or .cihx, with its
-/// .mraw in the same folder), or a video file. Throws core::InputError.
+/// of an image (PNG, TIFF and other formats of OpenCV), a TIFF file of several pages, a Photron
+/// header (.cih or .cihx, with its .mraw in the same folder), or a video file. Throws
+/// core::InputError.
 [[nodiscard]] std::unique_ptr<FrameSource> open_frames(const std::filesystem::path& folder,
                                                        const std::string& location);
 

@@ -10,6 +10,7 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
+#include <initializer_list>
 #include <map>
 #include <string_view>
 
@@ -43,6 +44,14 @@ std::string_view element(std::string_view xml, const std::string& name) {
     return end == std::string_view::npos ? std::string_view{} : xml.substr(content, end - content);
 }
 
+/// Text of the first of the elements that is there.
+std::string_view first_element(std::string_view xml, std::initializer_list<const char*> names) {
+    for (const char* name : names)
+        if (const std::string_view found = element(xml, name); !trimmed(found).empty())
+            return found;
+    return {};
+}
+
 /// The XML header of newer cameras, under the names that the older one uses.
 Entries entries_of_cihx(const std::string& text) {
     const std::string_view root = element(text, "cih");
@@ -58,7 +67,8 @@ Entries entries_of_cihx(const std::string& text) {
     };
     add("Record Rate(fps)", element(element(root, "recordInfo"), "recordRate"));
     add("Total Frame", element(frames, "totalFrame"));
-    add("Save Step", element(frames, "saveStep"));
+    add("Recorded Frame", element(frames, "recordedFrame"));
+    add("Save Step", first_element(frames, {"skipFrame", "saveStep", "saveSkip", "frameStep"}));
     add("Image Width", element(resolution, "width"));
     add("Image Height", element(resolution, "height"));
     add("EffectiveBit Depth", element(effective, "depth"));
@@ -167,6 +177,25 @@ class PhotronRecording final : public FrameSource {
 
 } // namespace
 
+namespace {
+
+/// n if every n-th recorded frame was saved. A header that states no step, but several times as
+/// many recorded as saved frames, may be of a part of the recording or of every n-th frame.
+int save_step_of(const HeaderReader& reader, int frames) {
+    const int step = reader.whole("Save Step", 0, 1 << 30, 0);
+    const int recorded = reader.whole("Recorded Frame", 1, 1 << 30, frames);
+    if (step == 0 && recorded >= 2 * frames)
+        reader.refuse(
+            "Recorded Frame",
+            fmt::format("{} frames of these are in the file, and no entry states the step "
+                        "between saved frames: add <skipFrame>1</skipFrame> to <frameInfo> "
+                        "if they follow each other, or the step",
+                        frames));
+    return std::max(step, 1);
+}
+
+} // namespace
+
 PhotronHeader read_photron_header(const std::filesystem::path& file) {
     const std::string text = core::file_text(file);
     const bool is_xml = lower_case(file.extension().string()) == ".cihx";
@@ -177,7 +206,7 @@ PhotronHeader read_photron_header(const std::filesystem::path& file) {
     header.height = reader.whole("Image Height", 1, 1 << 16);
     header.frames = reader.whole("Total Frame", 1, 1 << 30);
     header.record_rate = reader.number("Record Rate(fps)", 1e-3, 1e8);
-    header.save_step = reader.whole("Save Step", 1, 1 << 30, 1);
+    header.save_step = save_step_of(reader, header.frames);
     header.bits_per_pixel = reader.whole("Color Bit", 1, 64);
     header.effective_bits = reader.whole("EffectiveBit Depth", 1, 16, header.bits_per_pixel);
     const std::string side = lower_case(reader.text("EffectiveBit Side", "Lower"));
