@@ -120,7 +120,7 @@ class Fit(CulmTest):
         stem.write_text(stem.read_text("utf-8").replace("diameter_mm", "diametre_mm"), "utf-8")
         finished = self.culm("fit", "stems")
         self.assert_exit(finished, BAD_INPUT)
-        self.assertIn("stems/a/deflection.csv:1: cells are separated by semicolons",
+        self.assertIn("stems/a/deflection.csv:1: cells are not separated by commas",
                       finished.stderr)
         self.assertIn("stems/b/stem.toml:4: stem.diametre_mm: unknown key (did you mean "
                       "diameter_mm?)", finished.stderr)

@@ -12,6 +12,7 @@
 #include <numbers>
 #include <random>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 namespace {
@@ -196,6 +197,34 @@ TEST(MeasurementFolder, RemarksOnACameraThatDisagrees) {
     const Measurement measurement = read_texts(plain_stem + "[camera]\nfps = 700\n", plain_table);
     ASSERT_EQ(measurement.remarks.size(), 1U);
     EXPECT_NE(measurement.remarks[0].find("fps = 700 means 0.00142857 s"), std::string::npos);
+}
+
+/// Four statements of the mass of a round stem of 157 mm and 2.83 mm.
+TEST(MeasurementFolder, TakesTheMassInFourForms) {
+    const auto stem_with = [](const std::string& keys) {
+        std::string text = plain_stem;
+        const std::string density = "density_kg_m3 = 125.0";
+        return read_texts(text.replace(text.find(density), density.size(), keys), plain_table);
+    };
+    // A chain of touching spheres of the density ρ has π ρ d²/6 per length, a rod π ρ d²/4.
+    const double per_length = 125.0 * std::numbers::pi / 6.0 * 2.83e-3 * 2.83e-3;
+    for (const std::string& keys :
+         {fmt::format("linear_density_kg_m = {}\nlinear_density_uncertainty_kg_m = {}\n",
+                      per_length, 0.01 * per_length),
+          fmt::format("material_density_kg_m3 = {}\nmaterial_density_uncertainty_kg_m3 = {}\n",
+                      125.0 / 1.5, 1.25 / 1.5),
+          fmt::format("mass_mg = {}\nmass_uncertainty_mg = {}\n", 0.157e6 * per_length,
+                      0.00157e6 * per_length)}) {
+        const Measurement measurement = stem_with(keys);
+        EXPECT_NEAR(mass_per_length(measurement.stem), per_length, 1e-12) << keys;
+        EXPECT_NEAR(measurement.uncertainties.density.value_or(0.0), 1.25, 1e-9) << keys;
+    }
+    EXPECT_NE(refusal([&] {
+                  static_cast<void>(stem_with("mass_mg = 1\ndensity_kg_m3 = 125\n"));
+              }).find("one of them is enough"),
+              std::string::npos);
+    EXPECT_NE(refusal([&] { static_cast<void>(stem_with("")); }).find("material_density_kg_m3"),
+              std::string::npos);
 }
 
 TEST(MeasurementFolder, TakesStatedUncertaintiesInEachForm) {

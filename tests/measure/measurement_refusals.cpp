@@ -19,11 +19,10 @@ const std::string header = "time_s,h=14mm,h=148mm\n";
 
 TEST(DeflectionFile, RefusesOtherHeadersAndSaysWhatToWrite) {
     const std::vector<std::pair<std::string, std::string>> cases{
-        {"time_s;h=14mm;h=148mm\n",
-         "deflection.csv:1: cells are separated by semicolons; write commas"},
-        {"sep=;\ntime_s;h=14mm\n", "deflection.csv:1: \"sep=\" is a note for a spreadsheet"},
-        {"time_s\th=14mm\n", "separated by tabulators"},
-        {"time_s h=14mm\n", "separated by spaces"},
+        {"time_s;h=14mm;h=148mm\n", "deflection.csv:1: cells are not separated by commas"},
+        {"sep=;\ntime_s;h=14mm\n", "deflection.csv:1: cells are not separated by commas"},
+        {"time_s\th=14mm\n", "not separated by commas"},
+        {"time_s h=14mm\n", "not separated by commas"},
         {"time_s,h=14,h=148mm\n", "column \"h=14\": the unit is missing: write \"h=14mm\""},
         {"time_s,14,148\n", "column \"14\" must be a height with its unit: write \"h=14mm\""},
         {"time_s,h=1.4cm\n", "column \"h=1.4cm\": \"cm\" is not a unit known here; mm or m"},
@@ -55,27 +54,14 @@ TEST(DeflectionFile, BoundsTheNumberOfHeights) {
 }
 
 TEST(DeflectionFile, RefusesCellsThatASpreadsheetSpoiledAndSaysHow) {
-    const std::vector<std::pair<std::string, std::string>> cells{
-        {"\"17,6\"", "has a decimal comma; write a decimal point"},
-        {"\"1,017.6\"", "has a thousands separator"},
-        {"#REF!", "is an error value of a spreadsheet"},
-        {"#N/A", "is an error value of a spreadsheet"},
-        {"=B2*2", "is a formula"},
-        {"17. Jun", "is a date or a time of day"},
-        {"17.06.2024", "is a date or a time of day"},
-        {"17:36", "is a date or a time of day"},
-        {"17.6mm", "carries a unit or a note"},
-        {"\xE2\x88\x92"
-         "17.6",
-         "has a typographic minus sign"},
-        {"1'017.6", "has a thousands separator"},
-        {"1 017.6", "holds more than a number"},
-        {"lost", "is not a number; leave the cell empty where nothing was seen"},
-        {"inf", "is not a number"}};
-    for (const auto& [cell, message] : cells) {
+    for (const std::string cell : {"\"17,6\"", "\"1,017.6\"", "#REF!", "#N/A", "=B2*2", "17. Jun",
+                                   "17.06.2024", "17:36", "17.6mm",
+                                   "\xE2\x88\x92"
+                                   "17.6",
+                                   "1'017.6", "1 017.6", "lost", "inf"}) {
         const std::string text = refusal_of_table(header + "0,0.1,0.2\n0.001,0.1," + cell + "\n");
         expect_contains(text, "deflection.csv:3: column 3: \"");
-        expect_contains(text, message);
+        expect_contains(text, "is not a number: write digits and one decimal point");
     }
 }
 
@@ -83,8 +69,8 @@ TEST(DeflectionFile, RefusesLinesAndTimesThatDoNotFit) {
     const std::vector<std::pair<std::string, std::string>> cases{
         {"0,1,2\n0.001,1\n", "deflection.csv:3: has 2 cells, but the header has 3 columns"},
         {"0,0,18,17,5\n",
-         "deflection.csv:2: has 5 cells, but the header has 3 columns (decimal commas?"},
-        {"0;0.18;17.5\n", "(cells are separated by semicolons; write commas)"},
+         "deflection.csv:2: has 5 cells, but the header has 3 columns (commas separate cells"},
+        {"0;0.18;17.5\n", "(commas separate cells"},
         {"0,1,2\n0.002,1,2\n0.001,1,2\n",
          "deflection.csv:4: time 0.001 s does not come after 0.002 s"},
         {"0,1,2\n0,1,2\n", "deflection.csv:3: time 0 s does not come after 0 s"},

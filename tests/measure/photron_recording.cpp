@@ -8,6 +8,7 @@
 
 #include <fmt/core.h>
 #include <gtest/gtest.h>
+#include <opencv2/imgcodecs.hpp>
 
 namespace culm::measure {
 namespace {
@@ -109,16 +110,21 @@ TEST(PhotronHeader, GivesRateAndFormat) {
     EXPECT_EQ(header.bytes_per_frame(), 640U * 40U * 3U / 2U);
 }
 
-TEST(PhotronHeader, IsAlsoReadFromXml) {
-    const tests::TemporaryFolder folder;
-    std::ofstream(folder / "a.cihx")
-        << "binary\x01<cih><fileInfo><date>x</date></fileInfo>"
-           "<frameInfo><totalFrame>9</totalFrame><recordedFrame>9</recordedFrame></frameInfo>"
-           "<imageDataInfo><resolution><width>16</width><height>8</height></resolution>"
+/// The XML header of 9 frames; `frames` is what its element frameInfo contains.
+std::string xml_header(const std::string& frames) {
+    return "binary\x01<cih><fileInfo><date>x</date></fileInfo>"
+           "<frameInfo><totalFrame>9</totalFrame>" +
+           frames +
+           "</frameInfo><imageDataInfo><resolution><width>16</width><height>8</height></resolution>"
            "<colorInfo><type>Mono</type><bit>16</bit></colorInfo>"
            "<effectiveBit><depth>12</depth><side>Lower</side></effectiveBit></imageDataInfo>"
            "<imageFileInfo><fileFormat>MRaw</fileFormat></imageFileInfo>"
            "<recordInfo><recordRate>5000</recordRate></recordInfo></cih>";
+}
+
+TEST(PhotronHeader, IsAlsoReadFromXml) {
+    const tests::TemporaryFolder folder;
+    std::ofstream(folder / "a.cihx") << xml_header("<recordedFrame>9</recordedFrame>");
     const PhotronHeader header = read_photron_header(folder / "a.cihx");
     EXPECT_EQ(header.width, 16);
     EXPECT_EQ(header.height, 8);
@@ -126,6 +132,21 @@ TEST(PhotronHeader, IsAlsoReadFromXml) {
     EXPECT_EQ(header.effective_bits, 12);
     EXPECT_FALSE(header.is_high_aligned);
     EXPECT_DOUBLE_EQ(header.frames_per_second(), 5000.0);
+}
+
+TEST(PhotronHeader, DoesNotTakeTheCamerasRateForThatOfTheFile) {
+    const tests::TemporaryFolder folder;
+    const auto rate = [&](const std::string& frames) {
+        std::ofstream(folder / "a.cihx") << xml_header(frames);
+        return read_photron_header(folder / "a.cihx").frames_per_second();
+    };
+    EXPECT_EQ(rate("<recordedFrame>18</recordedFrame><skipFrame>2</skipFrame>"), 2500.0);
+    EXPECT_EQ(rate("<recordedFrame>18</recordedFrame><saveStep>2</saveStep>"), 2500.0);
+    EXPECT_EQ(rate("<recordedFrame>18</recordedFrame><skipFrame>1</skipFrame>"), 5000.0);
+    EXPECT_NE(refusal([&] {
+                  (void)rate("<recordedFrame>18</recordedFrame>");
+              }).find("no entry states the step between saved frames"),
+              std::string::npos);
 }
 
 TEST(PhotronHeader, NamesTheEntryThatIsRefused) {
@@ -160,6 +181,24 @@ TEST(PhotronRecording, IsRefusedIfMissingOrShorterThanItsHeaderStates) {
     EXPECT_NE(refusal([&] {
                   (void)open_photron(folder / "a.cih");
               }).find("holds 2 whole frames of 8 x 8 pixels with 8 bits; a.cih promises 3"),
+              std::string::npos);
+}
+
+TEST(PageStack, IsTrackedLikePictures) {
+    const RenderedVideo video;
+    const tests::TemporaryFolder folder;
+    std::vector<cv::Mat> pages;
+    for (int k = 0; k < video.frames; ++k)
+        pages.push_back(video.picture(k));
+    ASSERT_TRUE(cv::imwritemulti((folder / "stack.tif").string(), pages));
+    const std::filesystem::path file = folder / "video.toml";
+    std::ofstream(file) << video.settings("frames = \"stack.tif\"\n");
+    const Track track = track_video(read_track_settings(file), {2});
+    EXPECT_EQ(track.rows.numbers.size(), static_cast<std::size_t>(video.frames));
+    EXPECT_NEAR(track.window.release.number, video.release_frame, 0.1);
+
+    ASSERT_TRUE(cv::imwrite((folder / "one.tif").string(), pages.front()));
+    EXPECT_NE(refusal([&] { (void)open_frames(folder.path(), "one.tif"); }).find("has one page"),
               std::string::npos);
 }
 

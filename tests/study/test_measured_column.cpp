@@ -53,8 +53,11 @@ TEST(MeasuredColumn, ReportsMistakesWithTheirLine) {
               "stems.csv:1: no column diametr_mm (did you mean diameter_mm?); there are id, "
               "diameter_mm");
     EXPECT_EQ(column_refusal("d\n2,5\n", "d"), "accepted") << "a second cell without a header";
-    EXPECT_EQ(column_refusal("id;d\n1;2,5\n", "d"),
-              "stems.csv:2: d = 2,5: has a decimal comma; write a decimal point");
+    EXPECT_EQ(
+        column_refusal("id;d\n1;2,5\n", "d"),
+        "stems.csv:2: d = 2,5: is not a number: write digits and one decimal point, without a "
+        "unit, a "
+        "thousands separator, a date or a formula; leave the cell empty where nothing was seen");
     EXPECT_EQ(column_refusal("d\n2.5\n-1\n", "d"),
               "stems.csv:3: d = -1: bond_diameter_mm must be in (0, 1000] mm");
     EXPECT_EQ(column_refusal("d_gpa\n2.5\n", "d_gpa"),

@@ -1,0 +1,233 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: BSD-3-Clause
+"""Files as people have them give the right answer, or a refusal that names cause, place and remedy.
+
+Each folder of tests/data/field imitates a report in public (its README.md)."""
+import csv
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tomllib
+import unittest
+from pathlib import Path
+
+from culm_program import (BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, PROGRAM, QUICK, CulmTest,
+                          launcher)
+
+FIELD = Path(__file__).resolve().parents[1] / "data/field"
+
+
+def without_line_breaks(text: str) -> str:
+    return " ".join(text.split())
+
+
+class FieldFiles(CulmTest):
+    def folder_of(self, name: str):
+        shutil.copytree(FIELD / name, self.folder, dirs_exist_ok=True)
+
+    def imported(self, mapping: str, output: str = "out") -> str:
+        finished = self.culm("import", mapping, "-o", output)
+        self.assert_exit(finished, DONE)
+        return without_line_breaks(finished.stdout + finished.stderr)
+
+    def refused(self, mapping: str) -> str:
+        finished = self.culm("import", mapping, "-o", "out")
+        self.assertEqual(finished.returncode, BAD_INPUT, finished.stdout)
+        self.assertFalse((self.folder / "out/deflection.csv").exists())
+        return without_line_breaks(finished.stderr)
+
+    def rows(self, output: str = "out") -> list[list[str]]:
+        with open(self.folder / output / "deflection.csv", encoding="utf-8", newline="") as file:
+            return list(csv.reader(file))
+
+    def release_in_source(self, printed: str) -> float:
+        return float(re.search(r"released at (\S+) s", printed)[1])
+
+    def proposed(self, recording: str, **values: str) -> str:
+        """The output of the proposal; its commented keys are completed."""
+        finished = self.culm("import", recording, "-o", "out")
+        self.assert_exit(finished, DONE)
+        mapping = self.folder / "out/import.toml"
+        sensors, stem = mapping.read_text("utf-8").split("[stem]")
+        values |= {"height_mm": "140", "length_mm": "150", "density_kg_m3": "2700"}
+        for key, value in values.items():
+            sensors = re.sub(rf"(?m)^# {key} = *", f"{key} = {value} ", sensors)
+        for key in ("length_mm", "density_kg_m3"):
+            stem = stem.replace(f"# {key} =", f"{key} = {values[key]}")
+        stem = (stem.replace("# [section]", "[section]").replace("# shape", "shape")
+                .replace("# width_mm =", "width_mm = 10").replace("# height_mm =", "height_mm = 1"))
+        mapping.write_text(sensors + "[stem]" + stem, "utf-8")
+        return without_line_breaks(finished.stdout)
+
+    def frequency(self, *options: str) -> float:
+        self.assert_exit(self.culm("fit", "out", *options, "--json", "fit.json"), DONE)
+        fits = json.loads((self.folder / "fit.json").read_text("utf-8"))
+        return fits["stems"][0]["b2_hz"]["value"]
+
+    def calibrated(self, output: str) -> dict:
+        self.assert_exit(self.culm("calibrate", output, "--json", "found.json"), DONE)
+        return json.loads((self.folder / "found.json").read_text("utf-8"))["stems"][0][
+            "parameters"]
+
+
+class Tables(FieldFiles):
+    def test_03_a_labview_log_has_lines_of_numbers_above_its_table(self):
+        self.folder_of("03-labview-lvm")
+        printed = self.proposed("one_time_column.lvm")
+        self.assertIn("X_Value: time in s", printed)
+        self.assertIn("Tip laser: displacement in mm", printed)
+        self.assertIn("the table begins at line 24", printed)
+        self.assertAlmostEqual(self.release_in_source(self.imported("out/import.toml")), 0.1,
+                               delta=1e-4)
+        self.assertEqual(len(self.rows()), 601)
+
+    def test_04_of_a_workspace_the_recording_is_read(self):
+        self.folder_of("04-mat-workspace")
+        printed = self.proposed("run1.mat")
+        self.assertIn("tip: displacement", printed)
+        self.assertIn("others are not read: f, amp, phase, psd (401 values)", printed)
+        shutil.rmtree(self.folder / "out")
+        self.imported("mapping.toml")
+        self.assertEqual(len(self.rows()), 801)
+        self.assertAlmostEqual(self.frequency("--phase", "free"), 36.55, delta=0.02)
+
+    def test_05_nanoseconds_since_1970_are_no_seconds(self):
+        self.folder_of("05-sensor-logger-ns")
+        self.assertIn("seconds_elapsed: time in s", self.proposed("Accelerometer.csv"))
+        shutil.rmtree(self.folder / "out")
+        reason = self.refused("mapping.toml")
+        self.assertIn('column = "time", unit = "s": a sampling interval of 1e+07 s', reason)
+        self.assertIn('unit = "ns" (nanoseconds since 1970) it would be 0.01 s', reason)
+
+    def test_06_stamps_that_repeat_are_counted_and_repaired_on_request(self):
+        self.folder_of("06-duplicate-timestamps")
+        reason = self.refused("mapping.toml")
+        for part in ("one in 10.9", "lines 3, 14, 25", "rounded to 1 ms", 'repeated_times = "spread"',
+                     '"drop"', "rate_hz = 1100 "):
+            self.assertIn(part, reason)
+        mapping = (self.folder / "mapping.toml").read_text("utf-8")
+        for key, rows in (('repeated_times = "spread"', 600), ('repeated_times = "drop"', 545)):
+            (self.folder / "mapping.toml").write_text(
+                mapping.replace("[time]", f"[time]\n{key}"), "utf-8")
+            printed = self.imported("mapping.toml")
+            self.assertEqual(len(self.rows()) - 1, rows)
+            self.assertAlmostEqual(self.release_in_source(printed), 0.05, delta=6e-4)
+
+    def test_07_times_since_1970_count_from_the_first(self):
+        self.folder_of("07-epoch-times")
+        self.assertIn("1795769012.512", self.imported("moving.toml"))
+        stem = tomllib.loads((self.folder / "out/stem.toml").read_text("utf-8"))
+        self.assertAlmostEqual(stem["release"]["start_s"], 0.988, places=6)
+        self.imported("release.toml")
+        self.assertAlmostEqual(float(self.rows()[1][0]), -0.088, places=6)
+        self.assertAlmostEqual(self.frequency("--phase", "free"), 4.57, delta=0.02)
+
+    def test_20_a_pull_by_hand_is_not_the_release(self):
+        self.folder_of("20-hand-pull-release")
+        self.assertAlmostEqual(self.release_in_source(self.imported("mapping.toml")), 4.0, delta=0.02)
+        stem = tomllib.loads((self.folder / "out/stem.toml").read_text("utf-8"))
+        for noise in stem["measurement"]["noise_by_height_mm"]:
+            self.assertAlmostEqual(noise, 0.05, delta=0.01)
+
+
+class InvalidReadings(FieldFiles):
+    def test_08_rows_that_another_column_flags_are_gaps(self):
+        self.folder_of("08-dice-failed-subset")
+        printed = self.imported("mapping.toml")
+        self.assertIn("14 rows with SIGMA < 0 are gaps (lines 82–88, 142–148)", printed)
+        self.assertIn("[source] invalid_if", printed)
+        empty = [row for row in self.rows() if row[1] == ""]
+        self.assertEqual(len(empty), 14)
+        low, high = self.calibrated("out")["bond_youngs_modulus_pa"]["interval"]
+        self.assertTrue(low < 70e9 < high)
+
+    def test_10_a_sensor_beyond_its_range_gives_the_damping_of_one_that_is_not(self):
+        self.folder_of("10-clipped-accelerometer")
+        printed = self.imported("mapping.toml")
+        self.assertIn("readings are the end of the range (clipped?): -15.9744, 15.9666", printed)
+        self.assertNotIn("clipped", self.imported("mapping_unclipped.toml", "whole"))
+        clipped, whole = self.calibrated("out"), self.calibrated("whole")
+        for number in ("bond_youngs_modulus_pa", "bond_damping"):
+            low, high = clipped[number]["interval"]
+            self.assertTrue(low < whole[number]["value"] < high, number)
+
+    def test_11_an_overload_is_no_reading(self):
+        self.folder_of("11-overload-sentinel")
+        printed = self.imported("mapping.toml")
+        self.assertIn("9.9e+37 marks", printed)
+        self.assertIn("[source] missing_values", printed)
+        self.assertNotIn("e+37", (self.folder / "out/deflection.csv").read_text("utf-8").lower())
+
+
+class Stems(FieldFiles):
+    def test_19_the_density_of_the_material_may_be_stated(self):
+        self.folder_of("19-round-rod-density")
+        stem = self.folder / "stem.toml"
+        stem.write_text(stem.read_text("utf-8").replace("density_kg_m3", "material_density_kg_m3"),
+                        "utf-8")
+        low, high = self.calibrated(".")["bond_youngs_modulus_pa"]["interval"]
+        self.assertTrue(low < 206e9 < high)
+
+    def test_31_a_zero_that_is_not_the_rest_is_named(self):
+        self.folder_of("31-crash-offset")
+        for command in ("calibrate", "compare"):
+            finished = self.culm(command, ".", "--spheres", "24")
+            self.assertIn(finished.returncode, (0, 3), finished.stderr)
+            self.assertIn("swings about -20.", finished.stderr)
+            self.assertIn("subtract the rest position", finished.stderr)
+
+
+class Videos(FieldFiles):
+    def test_15_frames_of_unequal_duration_are_refused_with_the_frame(self):
+        self.folder_of("15-vfr-video")
+        finished = self.culm("track", "video.toml", "-o", "out")
+        self.assertEqual(finished.returncode, BAD_INPUT)
+        self.assertIn("4.167 ms, and 5.208 ms from frame 25 on", finished.stderr)
+        self.assertIn("first_frame and frame_count", finished.stderr)
+
+
+class Machines(FieldFiles):
+    def test_16_processes_that_each_work_alone_say_so(self):
+        step = {**os.environ, "SLURM_STEP_ID": "0", "SLURM_NTASKS": "4", "SLURM_PROCID": "2"}
+        self.write("study.toml", QUICK)
+        for command in (("run", "study.toml", "-o", "out"), ("keys",)):
+            finished = self.culm(*command, env=step)
+            self.assert_exit(finished, DONE)
+            self.assertEqual(finished.stderr.count("4 processes were started"), 1)
+            self.assertIn("srun --mpi=pmix", finished.stderr)
+        together = subprocess.run([*launcher(2), PROGRAM, "run", "study.toml", "-o", "two"],
+                                  cwd=self.folder, env={**step, "SLURM_NTASKS": "2"}, text=True,
+                                  capture_output=True, timeout=PATIENCE, check=False)
+        self.assertNotIn("processes were started", together.stderr)
+
+    def test_21_indices_of_a_part_of_the_design_say_so(self):
+        self.folder_of("21-sobol-failed-points")
+        finished = self.culm("run", "study.toml", "-o", "out")
+        self.assertEqual(finished.returncode, POINTS_FAILED)
+        self.assertIn("88 of 128 points failed", finished.stdout)
+        found = json.loads((self.folder / "out/summary.json").read_text("utf-8"))["sensitivity"]
+        self.assertIn("predict nothing", found["decay_per_cycle"]["reason"])
+        self.assertEqual((found["frequency"]["points"], found["frequency"]["designed_points"]),
+                         (40, 128))
+
+    @unittest.skipUnless(shutil.which("cc"), "no C compiler")
+    def test_26_a_file_system_without_locks_is_used_without_them(self):
+        self.folder_of("26-no-locks")
+        subprocess.run(["cc", "-shared", "-fPIC", "-o", "nolock.so", "nolock.c", "-ldl"],
+                       cwd=self.folder, check=True)
+        environment = {**os.environ, "LD_PRELOAD": str(self.folder / "nolock.so")}
+        self.write("study.toml", QUICK)
+        self.assert_exit(self.culm("run", "study.toml", "-o", "locked"), DONE)
+        finished = self.culm("run", "study.toml", "-o", "out", env=environment)
+        self.assert_exit(finished, DONE)
+        self.assertEqual(finished.stderr.count("has no locks"), 1)
+        self.assert_exit(self.culm("archive", "verify", "out", env=environment), DONE)
+        self.assertEqual(self.fits("out"), self.fits("locked"))
+
+
+if __name__ == "__main__":
+    sys.argv = sys.argv[:1]
+    unittest.main()
