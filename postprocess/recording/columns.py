@@ -9,7 +9,6 @@ import numpy as np
 
 from recording.recorded_table import RecordedTable
 from recording.refusal import Refusal
-from recording.time_stamps import UNITS as TIME_UNITS
 from recording.time_stamps import guessed_unit
 
 UNITS = {"displacement": ("mm", "m", "um"), "velocity": ("m/s", "mm/s"),

@@ -93,6 +93,14 @@ def likely_conditions(table: RecordedTable, used: list[str]) -> list[str]:
     return found
 
 
+def report(text: str, key: str, is_assumed: bool, assumed: list[Assumption], notes: list[str]):
+    """What a mapping states is a note, what it does not state is an assumption."""
+    if is_assumed:
+        assumed.append(Assumption(text, key))
+    else:
+        notes.append(text)
+
+
 def flagged_rows(table: RecordedTable, used: list[str],
                  options: InvalidOptions) -> tuple[np.ndarray, list[Assumption], list[str]]:
     invalid = np.zeros(table.row_count, bool)
@@ -105,10 +113,7 @@ def flagged_rows(table: RecordedTable, used: list[str],
         invalid |= rows
         text = (f"{counted(int(rows.sum()), 'row')} with {condition} "
                 f"{'is a gap' if rows.sum() == 1 else 'are gaps'} ({table.where(np.flatnonzero(rows))})")
-        if stated is None:
-            assumed.append(Assumption(text, "[source] invalid_if"))
-        else:
-            notes.append(text)
+        report(text, "[source] invalid_if", stated is None, assumed, notes)
     return invalid, assumed, notes
 
 
@@ -173,10 +178,7 @@ def without_invalid(table: RecordedTable, used: list[str],
             if rows.size:
                 text = (f'column "{name}": {mark:g} marks {counted(rows.size, "missing reading")} '
                         f"({table.where(rows)})")
-                if marks is None:
-                    assumed.append(Assumption(text, "[source] missing_values"))
-                else:
-                    notes.append(text)
+                report(text, "[source] missing_values", marks is None, assumed, notes)
         if not options.keeps_stuck:
             for rows, what in zip(stuck_rows(values), ("are the end of the range (clipped?)",
                                                         "repeat while the stem moves")):

@@ -5,6 +5,7 @@ Those that describe the stem are read by the program that reads stem.toml; they 
 from __future__ import annotations
 
 import difflib
+import json
 import math
 import re
 import tomllib
@@ -73,6 +74,13 @@ class Mapping:
     @property
     def stem(self) -> dict:
         return self.document.get("stem", {})
+
+    @property
+    def length_mm(self) -> float | None:
+        """Of the stem; None if it is not stated. Its sign and size are checked with stem.toml's."""
+        if "length_mm" in self.stem:
+            return self.stem["length_mm"]
+        return 1e3 * self.stem["length_m"] if "length_m" in self.stem else None
 
     @property
     def fps(self) -> float | None:
@@ -191,8 +199,7 @@ def toml_value(value) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        escaped = value.replace("\\", "\\\\").replace('"', '\\"')
-        return '"' + "".join(c if c.isprintable() else f"\\u{ord(c):04x}" for c in escaped) + '"'
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
     if isinstance(value, list):
         return "[" + ", ".join(toml_value(entry) for entry in value) + "]"
     if isinstance(value, dict):
@@ -297,7 +304,7 @@ def read_height(section: Section, mapping: Mapping) -> MappedHeight:
     series = "markers" if mapping.has_markers else "columns"
     section.missing(series, f"the {series} of the recording at this height; of several the mean is "
                             "taken")
-    length = mapping.stem.get("length_mm") or 1e3 * (mapping.stem.get("length_m") or math.inf)
+    length = mapping.length_mm or math.inf
     if isinstance(length, (int, float)) and millimetres > length:
         section.fault(key, f"lies above the stem, whose length is {length:g} mm")
     if height is not None and any(other.millimetres == millimetres for other in mapping.heights):

@@ -20,7 +20,6 @@ from recording.time_stamps import Times, rate_of, times_of
 FEWEST_FRAMES_FOR_NOISE = 8
 SWING_SHARE = 0.05  # held frames scatter by less than this share of the scatter after the release
 SURELY_CORRELATED = 4.9  # standard deviations of von Neumann's ratio: by chance one in a million
-POSITIONS = {"mm": 1.0, "m": 1e3, "um": 1e-3}
 
 
 @dataclass
@@ -56,16 +55,20 @@ class Measured:
         return (self.times >= self.held_begin) & (self.times < self.release)
 
 
+def unknown_name(kind: str, name: str, valid: list[str]) -> Refusal:
+    near = difflib.get_close_matches(name, valid, 1, 0.5)
+    hint = f' (did you mean "{near[0]}"?)' if near else ""
+    listed = '", "'.join(valid[:20])
+    return Refusal(f'there is no {kind} "{name}"{hint}; it has "{listed}"')
+
+
 def column_index(table: RecordedTable, name: str) -> int:
     """A column by its name, or else by its number from 1."""
     if name in table.names:
         return table.names.index(name)
     if name.isdigit() and 1 <= int(name) <= len(table.names):
         return int(name) - 1
-    near = difflib.get_close_matches(name, table.names, 1, 0.5)
-    hint = f' (did you mean "{near[0]}"?)' if near else ""
-    listed = '", "'.join(table.names[:20])
-    raise Refusal(f'there is no column "{name}"{hint}; it has "{listed}"')
+    raise unknown_name("column", name, table.names)
 
 
 def marker_columns(table: RecordedTable, name: str) -> list[str]:
@@ -73,10 +76,7 @@ def marker_columns(table: RecordedTable, name: str) -> list[str]:
     if all(column in table.names for column in columns):
         return columns
     markers = [column[:-2] for column in table.names if column.endswith(" x")]
-    near = difflib.get_close_matches(name, markers, 1, 0.5)
-    hint = f' (did you mean "{near[0]}"?)' if near else ""
-    listed = '", "'.join(markers[:20])
-    raise Refusal(f'there is no marker "{name}"{hint}; it has "{listed}"')
+    raise unknown_name("marker", name, markers)
 
 
 def series_of(table: RecordedTable, mapping: Mapping,
@@ -162,8 +162,8 @@ def find_release(measured: Measured, mapping: Mapping, program: str):
     if wanted == "detect" and not positions:
         raise Refusal("a release is detected in displacements only; set [time] release_s")
     is_asked = wanted == "detect" or (mapping.zero == "at_rest" and mapping.heights)
-    length = mapping.stem.get("length_mm") or 1e3 * (mapping.stem.get("length_m") or 1.0)
-    answer = ask_release(program, measured.times, positions, length, wanted) if is_asked else {}
+    answer = (ask_release(program, measured.times, positions, mapping.length_mm or 1e3, wanted)
+              if is_asked else {})
     if wanted == "detect":
         if "reason" in answer:
             raise Refusal(f'{answer["reason"]}. Set [time] release_s, or [release] kind = "moving"')
@@ -172,8 +172,8 @@ def find_release(measured: Measured, mapping: Mapping, program: str):
         measured.held_begin = found["held_begin"]
         measured.assumptions.append(Assumption(
             f"the stem was released at {to_digits_of(found['time'], found['uncertainty'])} s ± "
-            f"{two_digits(1e3 * found['uncertainty'])} ms (standard uncertainty), the last time that it leaves a rest away from its final "
-            "position", "[time] release_s"))
+            f"{two_digits(1e3 * found['uncertainty'])} ms (standard uncertainty), the last time "
+            "that it leaves a rest away from its final position", "[time] release_s"))
     subtract_zero(measured, mapping, dict(zip(map(id, positions), answer.get("centres", []))))
 
 

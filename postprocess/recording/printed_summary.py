@@ -3,13 +3,25 @@
 from __future__ import annotations
 
 import sys
+import textwrap
 from pathlib import Path
 
 import numpy as np
 
 from recording.measured_rows import Measured, Row, two_digits
-from recording.proposal import assumed_lines
-from recording.recorded_table import counted
+from recording.recorded_table import Assumption, counted
+
+WIDTH = 100
+
+
+def assumed_lines(assumptions: list[Assumption]) -> list[str]:
+    """One block; each line names the key that overrides it."""
+    if not assumptions:
+        return []
+    wrapped = [textwrap.wrap(str(assumption), WIDTH, initial_indent="  ",
+                             subsequent_indent="    ", break_long_words=False)
+               for assumption in assumptions]
+    return ["assumed:", *(line for lines in wrapped for line in lines)]
 
 
 def time_gaps_text(times: np.ndarray) -> str:

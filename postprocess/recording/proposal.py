@@ -13,7 +13,7 @@ import numpy as np
 
 from recording.columns import Record, begins_moving, record_of
 from recording.invalid_readings import InvalidOptions, without_invalid
-from recording.mapping_file import toml_value
+from recording.printed_summary import WIDTH, assumed_lines
 from recording.proposed_mapping import keys_to_complete, mapping_text
 from recording.recorded_file import USUAL_UNITS, recorded_table
 from recording.recorded_table import Assumption, RecordedTable
@@ -22,7 +22,6 @@ from recording.text_table import TextOptions
 from recording.time_stamps import rate_of, times_of
 from report import write_whole
 
-WIDTH = 100
 MOST_SHOWN = 4  # columns
 
 
@@ -76,16 +75,6 @@ def columns_found(record: Record) -> list[str]:
     if len(lines) > MOST_SHOWN + 1:
         return lines[:MOST_SHOWN] + [f"  and {len(lines) - MOST_SHOWN} more columns"]
     return lines
-
-
-def assumed_lines(assumptions: list[Assumption]) -> list[str]:
-    """One block; each line names the key that overrides it."""
-    if not assumptions:
-        return []
-    wrapped = [textwrap.wrap(str(assumption), WIDTH, initial_indent="  ",
-                             subsequent_indent="    ", break_long_words=False)
-               for assumption in assumptions]
-    return ["assumed:", *(line for lines in wrapped for line in lines)]
 
 
 def summary(recording: Path, mapping: Path, table: RecordedTable, record: Record,

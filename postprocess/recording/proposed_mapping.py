@@ -4,10 +4,10 @@
 Numbers that no recording contains are commented lines, which the user completes."""
 from __future__ import annotations
 
-import json
 import textwrap
 
 from recording.columns import UNITS, Record, Sensor
+from recording.mapping_file import toml_value
 from recording.recorded_table import RecordedTable
 from recording.text_form import DELIMITERS
 
@@ -30,12 +30,8 @@ STEM = """
 """
 
 
-def quoted(text: str) -> str:
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
-
-
 def source_lines(file: str, table: RecordedTable) -> list[str]:
-    lines = ["[source]", f"file = {quoted(file)}"]
+    lines = ["[source]", f"file = {toml_value(file)}"]
     if table.form is not None:
         word = next(word for word, sign in DELIMITERS.items() if sign == table.form.delimiter)
         lines.append(f'delimiter = "{word}"')
@@ -54,7 +50,7 @@ def time_lines(table: RecordedTable, record: Record, repair: str | None) -> list
         lines.append(f"rate_hz = {table.rate.hertz:.12g}   # {table.rate.source}")
     else:
         guess = "   # a guess; s, ms, us, ns or frame is allowed" if record.is_unit_guess else ""
-        lines += [f"column = {quoted(record.time)}", f'unit = "{record.time_unit}"{guess}']
+        lines += [f"column = {toml_value(record.time)}", f'unit = "{record.time_unit}"{guess}']
     if repair:
         lines.append(f'repeated_times = "{repair}"   # a guess; "spread" or "drop"')
     if record.begins_moving:
@@ -79,7 +75,7 @@ def unit_line(sensor: Sensor) -> str:
 
 def sensor_lines(sensor: Sensor) -> list[str]:
     guess = "   # a guess: the name does not state it" if sensor.is_guess else ""
-    lines = ["", "[[sensor]]", f"column = {quoted(sensor.name)}",
+    lines = ["", "[[sensor]]", f"column = {toml_value(sensor.name)}",
              f'quantity = "{sensor.quantity}"{guess}', unit_line(sensor),
              "# height_mm =   # of the sensor above the clamp"]
     if sensor.quantity == "acceleration":
@@ -92,7 +88,7 @@ def sensor_lines(sensor: Sensor) -> list[str]:
 def unused_lines(names: list[str]) -> list[str]:
     if not names:
         return []
-    listed = ", ".join(quoted(name) for name in names[:MOST_UNUSED])
+    listed = ", ".join(toml_value(name) for name in names[:MOST_UNUSED])
     more = f" and {len(names) - MOST_UNUSED} more" if len(names) > MOST_UNUSED else ""
     return ["", *textwrap.wrap(f"Columns that are not used: {listed}{more}", 100,
                                initial_indent="# ", subsequent_indent="# ",
@@ -104,7 +100,7 @@ def mapping_text(file: str, stem: str, table: RecordedTable, record: Record,
     lines = source_lines(file, table) + time_lines(table, record, repair)
     for sensor in record.sensors:
         lines += sensor_lines(sensor)
-    lines += unused_lines(record.unused) + ["", "[stem]", f"id = {quoted(stem)}"]
+    lines += unused_lines(record.unused) + ["", "[stem]", f"id = {toml_value(stem)}"]
     return HEAD + "\n" + "\n".join(lines) + STEM
 
 

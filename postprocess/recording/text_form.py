@@ -100,10 +100,6 @@ def longest_run(lines: list[str], form: TextForm, fewest: int) -> Run:
     return best
 
 
-def probed(lines: list[str]) -> list[str]:
-    return lines[:MOST_PROBED]
-
-
 def form_and_run(lines: list[str], delimiter: str | None, decimal: str | None,
                  first_line: int) -> tuple[TextForm, Run]:
     """The form with the longest run of rows of two numbers; of one number if none has two."""
@@ -113,7 +109,7 @@ def form_and_run(lines: list[str], delimiter: str | None, decimal: str | None,
         raise Refusal("the decimal sign and the delimiter are both a comma; state another "
                       "[source] delimiter or decimal")
     for fewest in (2, 1):
-        runs = [(longest_run(probed(lines), form, fewest), form) for form in forms]
+        runs = [(longest_run(lines[:MOST_PROBED], form, fewest), form) for form in forms]
         run, form = max(runs, key=lambda found: (found[0].rows, found[0].score))
         if run.rows >= 2:
             return form, run

@@ -166,7 +166,8 @@ def text_table(file: Path, options: TextOptions) -> RecordedTable:
     read_clocks(table)
     for k in range(count):
         if frame[k].dtype == object and table.is_numeric(k) and k not in table.clocks:
-            note = texts_that_are_gaps(table, k, parsed.cells(k))
+            cells = frame[k].fillna("").astype(str).str.strip().tolist()
+            note = texts_that_are_gaps(table, k, cells)
             table.notes += [note] if note else []
     if others:
         numbers = np.array(others) + 1

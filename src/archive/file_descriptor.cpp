@@ -135,18 +135,21 @@ void FileDescriptor::lock_exclusively(const LockWait& wait) {
     }
 }
 
-bool FileDescriptor::is_locked() const {
+/// 0 if the file could be locked now; else the reason.
+int FileDescriptor::lock_error() const {
     if (::flock(descriptor_, LOCK_SH | LOCK_NB) != 0)
-        return errno == EWOULDBLOCK;
+        return errno;
     (void)::flock(descriptor_, LOCK_UN);
-    return false;
+    return 0;
+}
+
+bool FileDescriptor::is_locked() const {
+    return lock_error() == EWOULDBLOCK;
 }
 
 bool FileDescriptor::can_be_locked() const {
-    if (::flock(descriptor_, LOCK_SH | LOCK_NB) != 0)
-        return errno == EWOULDBLOCK;
-    (void)::flock(descriptor_, LOCK_UN);
-    return true;
+    const int error = lock_error();
+    return error == 0 || error == EWOULDBLOCK;
 }
 
 bool FileDescriptor::is_same_file(dev_t device, ino_t inode) const {

@@ -64,6 +64,8 @@ class FileDescriptor {
     void close();
 
   private:
+    [[nodiscard]] int lock_error() const;
+
     std::uint64_t unsent_bytes_ = 0; ///< written since the kernel was last asked to write pages
     std::filesystem::path path_;
     int descriptor_ = -1;

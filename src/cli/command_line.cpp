@@ -45,8 +45,7 @@ void warn_of_copies(int ranks) {
     if (processes > ranks)
         print_warning(fmt::format(
             "{} processes were started, and this command sees {}: each does the whole work and "
-            "writes "
-            "the same files. Start parallel commands with mpirun, or with srun --mpi=pmix",
+            "writes the same files. Start parallel commands with mpirun, or with srun --mpi=pmix",
             processes, ranks == 1 ? "itself alone" : fmt::format("{} of them", ranks)));
 }
 

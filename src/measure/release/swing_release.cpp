@@ -148,49 +148,50 @@ std::optional<Hold> last_hold(const Readings& readings, const std::vector<double
     return std::nullopt;
 }
 
-/// A curve of the motion after the release: that of a cantilever, or a single damped cosine; the
-/// mean over releases within the time `opening`.
-class Candidate {
-  public:
-    Candidate(const ReleaseCurve& curve, bool is_beam, double opening) : opening_(opening) {
-        constexpr int points = 2000;
-        step_ = 0.45 * curve.period / points;
-        const double decay = curve.decay_per_cycle / curve.period;
-        double integral = 0.0;
-        std::vector<double> sums;
-        for (int k = 0; k <= points; ++k) {
-            const double t = k * step_;
-            const double value = is_beam
-                                     ? curve.at(t)
-                                     : std::exp(-decay * t) * std::cos(2.0 * pi * t / curve.period);
-            integral += k == 0 ? 0.0 : 0.5 * step_ * (values_.back() + value);
-            values_.push_back(value);
-            sums.push_back(integral);
-        }
-        if (opening == 0.0)
-            return;
-        for (int k = 0; k <= points; ++k) { // before the release the curve is 1
-            const double begin = k * step_ - opening;
-            const double held = std::max(0.0, -begin);
-            values_[std::size_t(k)] =
-                (sums[std::size_t(k)] - between(sums, std::max(0.0, begin)) + held) / opening;
-        }
-    }
-    [[nodiscard]] double opening() const { return opening_; }
-    /// Deflection over the held one at a time ≥ 0 after the opening began.
-    [[nodiscard]] double at(double time) const { return between(values_, time); }
+/// A curve of the motion after a release, from the time at which the hand begins to open.
+struct Candidate {
+    double opening = 0.0; ///< duration
+    double step = 0.0;    ///< of time between the values
+    std::vector<double> values{};
 
-  private:
-    [[nodiscard]] double between(const std::vector<double>& table, double time) const {
-        const double position = time / step_;
-        const auto k = std::min(std::size_t(position), table.size() - 2);
-        return table[k] + (position - double(k)) * (table[k + 1] - table[k]);
+    /// Deflection over the held one at a time ≥ 0.
+    [[nodiscard]] double at(double time) const {
+        const double position = time / step;
+        const auto k = std::min(std::size_t(position), values.size() - 2);
+        return values[k] + (position - double(k)) * (values[k + 1] - values[k]);
     }
-
-    double opening_;
-    double step_ = 0.0;
-    std::vector<double> values_;
 };
+
+/// That of a cantilever that is let go at once, or a single damped cosine.
+Candidate sudden_release(const ReleaseCurve& curve, bool is_beam) {
+    constexpr int points = 2000;
+    Candidate sudden{.step = 0.45 * curve.period / points};
+    const double decay = curve.decay_per_cycle / curve.period;
+    for (int k = 0; k <= points; ++k) {
+        const double t = k * sudden.step;
+        sudden.values.push_back(
+            is_beam ? curve.at(t) : std::exp(-decay * t) * std::cos(2.0 * pi * t / curve.period));
+    }
+    return sudden;
+}
+
+/// The mean of a curve over releases within the opening.
+Candidate opened(const Candidate& sudden, double opening) {
+    if (opening == 0.0)
+        return sudden;
+    Candidate integral{.step = sudden.step, .values = {0.0}};
+    for (std::size_t k = 1; k < sudden.values.size(); ++k)
+        integral.values.push_back(integral.values.back() +
+                                  0.5 * sudden.step * (sudden.values[k - 1] + sudden.values[k]));
+    Candidate result{.opening = opening, .step = sudden.step};
+    for (std::size_t k = 0; k < sudden.values.size(); ++k) {
+        const double begin = double(k) * sudden.step - opening;
+        const double held = std::max(0.0, -begin); // before the release the curve is 1
+        result.values.push_back((integral.values[k] - integral.at(std::max(0.0, begin)) + held) /
+                                opening);
+    }
+    return result;
+}
 
 class HeldFit {
   public:
@@ -212,12 +213,13 @@ class HeldFit {
     /// Least squares over the line and the time of the release.
     [[nodiscard]] Fit best(const Candidate& candidate) const {
         const double period = curve_.period;
-        const double guess = passage_ - curve_.first_passage() - 0.5 * candidate.opening();
+        const double guess = passage_ - curve_.first_passage() - 0.5 * candidate.opening;
         double low = std::max(guess - 0.2 * period, begin_);
         double high = guess + 0.15 * period;
         constexpr int steps = 40;
+        Fit best;
         for (int round = 0; round < 4; ++round) {
-            Fit best;
+            best = {};
             for (int k = 0; k <= steps; ++k)
                 if (const Fit fit = at(low + (high - low) * k / steps, candidate);
                     fit.squares < best.squares)
@@ -225,10 +227,8 @@ class HeldFit {
             const double step = (high - low) / steps;
             low = best.time - step;
             high = best.time + step;
-            if (round == 3)
-                return best;
         }
-        return {};
+        return best;
     }
 
     /// The line for a time of release, and the sum of the squared residuals per reading.
@@ -288,9 +288,11 @@ double variance_of_time(const HeldFit& fitted, const HeldFit::Fit& fit, const Ca
 SwingRelease averaged(const HeldFit& fitted, double period, double noise) {
     constexpr std::array openings{0.0, 0.005, 0.01, 0.02, 0.03, 0.05, 0.07, 0.1, 0.14, 0.2};
     std::vector<Candidate> candidates;
-    for (const bool is_beam : {true, false})
+    for (const bool is_beam : {true, false}) {
+        const Candidate sudden = sudden_release(fitted.curve(), is_beam);
         for (const double opening : openings)
-            candidates.emplace_back(fitted.curve(), is_beam, opening * period);
+            candidates.push_back(opened(sudden, opening * period));
+    }
     std::vector<HeldFit::Fit> fits;
     for (const Candidate& candidate : candidates)
         fits.push_back(fitted.best(candidate));
@@ -311,7 +313,7 @@ SwingRelease averaged(const HeldFit& fitted, double period, double noise) {
         const double weight = variance > 0.0
                                   ? std::exp(-0.5 * (fits[k].squares - best->squares) / variance)
                                   : (&fits[k] == &*best ? 1.0 : 0.0);
-        const double opening = candidates[k].opening();
+        const double opening = candidates[k].opening;
         const double time = fits[k].time + 0.5 * opening;
         sum += weight;
         mean += weight * time;

@@ -125,20 +125,18 @@ class PageStack final : public FrameSource {
     void for_each(std::span<const std::size_t> wanted, int threads, const Use& use) const override {
         constexpr std::size_t block = 32;
         for_each_index((wanted.size() + block - 1) / block, threads, [&](std::size_t k) {
-            const std::size_t end = std::min(wanted.size(), (k + 1) * block);
-            const auto first = static_cast<int>(wanted[k * block]);
-            const int count = static_cast<int>(wanted[end - 1]) - first + 1;
-            const bool is_dense = static_cast<std::size_t>(count) == end - k * block;
+            const std::size_t begin = k * block;
+            const std::size_t end = std::min(wanted.size(), begin + block);
+            const bool is_dense = wanted[end - 1] - wanted[begin] == end - 1 - begin;
             std::vector<cv::Mat> pages;
-            if (is_dense)
-                cv::imreadmulti(name_, pages, first, count, cv::IMREAD_UNCHANGED);
-            for (std::size_t i = k * block; i < end; ++i) {
-                if (!is_dense) {
+            for (std::size_t i = begin; i < end; ++i) {
+                if (!is_dense || i == begin) {
                     pages.clear();
-                    cv::imreadmulti(name_, pages, static_cast<int>(wanted[i]), 1,
+                    cv::imreadmulti(name_, pages, static_cast<int>(wanted[i]),
+                                    is_dense ? static_cast<int>(end - begin) : 1,
                                     cv::IMREAD_UNCHANGED);
                 }
-                const std::size_t page = is_dense ? i - k * block : 0;
+                const std::size_t page = is_dense ? i - begin : 0;
                 if (page >= pages.size() || pages[page].empty())
                     throw core::InputError(
                         fmt::format("{}: page {} cannot be read", name_, wanted[i] + 1));

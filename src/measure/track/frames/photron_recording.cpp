@@ -123,6 +123,21 @@ class HeaderReader {
     Entries entries_;
 };
 
+/// n if every n-th recorded frame was saved. A header that states no step, but several times as
+/// many recorded as saved frames, may be of a part of the recording or of every n-th frame.
+int save_step_of(const HeaderReader& reader, int frames) {
+    const int step = reader.whole("Save Step", 0, 1 << 30, 0);
+    const int recorded = reader.whole("Recorded Frame", 1, 1 << 30, frames);
+    if (step == 0 && recorded >= 2 * frames)
+        reader.refuse(
+            "Recorded Frame",
+            fmt::format("{} frames of these are in the file, and no entry states the step "
+                        "between saved frames: add <skipFrame>1</skipFrame> to <frameInfo> "
+                        "if they follow each other, or the step",
+                        frames));
+    return std::max(step, 1);
+}
+
 class PhotronRecording final : public FrameSource {
   public:
     explicit PhotronRecording(const std::filesystem::path& header_file)
@@ -174,25 +189,6 @@ class PhotronRecording final : public FrameSource {
     PhotronHeader header_;
     std::filesystem::path raw_;
 };
-
-} // namespace
-
-namespace {
-
-/// n if every n-th recorded frame was saved. A header that states no step, but several times as
-/// many recorded as saved frames, may be of a part of the recording or of every n-th frame.
-int save_step_of(const HeaderReader& reader, int frames) {
-    const int step = reader.whole("Save Step", 0, 1 << 30, 0);
-    const int recorded = reader.whole("Recorded Frame", 1, 1 << 30, frames);
-    if (step == 0 && recorded >= 2 * frames)
-        reader.refuse(
-            "Recorded Frame",
-            fmt::format("{} frames of these are in the file, and no entry states the step "
-                        "between saved frames: add <skipFrame>1</skipFrame> to <frameInfo> "
-                        "if they follow each other, or the step",
-                        frames));
-    return std::max(step, 1);
-}
 
 } // namespace
 
