@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -29,7 +30,7 @@ template <class T>
 }
 
 /// Median of the intervals between `times`; NaN of fewer than two.
-[[nodiscard]] inline double median_interval(const std::vector<double>& times) {
+[[nodiscard]] inline double median_interval(std::span<const double> times) {
     std::vector<double> intervals;
     for (std::size_t i = 1; i < times.size(); ++i)
         intervals.push_back(times[i] - times[i - 1]);

@@ -181,12 +181,15 @@ class Stems(FieldFiles):
 
 
 class Videos(FieldFiles):
-    def test_15_frames_of_unequal_duration_are_refused_with_the_frame(self):
+    def test_15_frames_of_unequal_duration_have_the_times_of_the_file(self):
         self.folder_of("15-vfr-video")
         finished = self.culm("track", "video.toml", "-o", "out")
-        self.assertEqual(finished.returncode, BAD_INPUT)
-        self.assertIn("4.167 ms, and 5.208 ms from frame 25 on", finished.stderr)
-        self.assertIn("first_frame and frame_count", finished.stderr)
+        self.assert_exit(finished, DONE)
+        self.assertIn("4.167 ms, and 5.208 ms from frame 76 on", finished.stdout)
+        track = json.loads((self.folder / "out/track.json").read_text(encoding="utf-8"))
+        self.assertAlmostEqual(track["swing_hz"], 20.0, delta=0.05)
+        self.assertEqual(track["fps_source"], "of the file's time stamps")
+        self.assertNotIn("fps", (self.folder / "out/stem.toml").read_text(encoding="utf-8"))
 
 
 class Machines(FieldFiles):

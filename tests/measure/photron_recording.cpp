@@ -195,7 +195,7 @@ TEST(PageStack, IsTrackedLikePictures) {
     std::ofstream(file) << video.settings("frames = \"stack.tif\"\n");
     const Track track = track_video(read_track_settings(file), {2});
     EXPECT_EQ(track.rows.numbers.size(), static_cast<std::size_t>(video.frames));
-    EXPECT_NEAR(track.window.release.number, video.release_frame, 0.1);
+    EXPECT_NEAR(track.window.release.time, video.release_frame, 0.1);
 
     ASSERT_TRUE(cv::imwrite((folder / "one.tif").string(), pages.front()));
     EXPECT_NE(refusal([&] { (void)open_frames(folder.path(), "one.tif"); }).find("has one page"),

@@ -147,9 +147,9 @@ TEST(TrackedVideo, ToleratesAFlickeringLamp) {
 TEST(TrackedVideo, FindsReleaseFrequencyAndNoise) {
     const RenderedVideo video;
     const Track track = track_rendered(video);
-    EXPECT_EQ(track.window.release.last_held, 10U);
+    EXPECT_EQ(track.window.last_held, 10U);
     // This stem moves in one mode, without a beam's waves: the error is up to 0.35 frames.
-    EXPECT_NEAR(track.window.release.number, video.release_frame, 0.35);
+    EXPECT_NEAR(track.window.release.time, video.release_frame, 0.35);
     EXPECT_NEAR(track.window.cycles_per_frame(), 1.0 / video.frames_per_cycle, 1e-3);
     EXPECT_EQ(track.measurement.noise_source.find("11 frames before"), 0U);
     ASSERT_TRUE(track.measurement.noise);
@@ -170,6 +170,7 @@ AxisRecord held_and_released(double correlation) {
     std::array<double, 5> error{};
     for (int k = 0; k < 300; ++k) {
         record.numbers.push_back(k);
+        record.times.push_back(k);
         const double since = std::max(0.0, k - 59.5);
         for (std::size_t h = 0; h < error.size(); ++h) {
             error[h] = correlation * error[h] +
@@ -300,8 +301,8 @@ TEST(TrackedVideo, FindsTheReleaseBelowAFingerThatHidesTheTip) {
     };
     const Track track = track_rendered(video);
     EXPECT_LT(error_of(track, video).rms, good);
-    EXPECT_EQ(track.window.release.last_held, 10U);
-    EXPECT_NEAR(track.window.release.number, video.release_frame, 0.5);
+    EXPECT_EQ(track.window.last_held, 10U);
+    EXPECT_NEAR(track.window.release.time, video.release_frame, 0.5);
 }
 
 TEST(TrackedVideo, LeavesOutHeightsBeyondThePicture) {

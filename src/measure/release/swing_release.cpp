@@ -40,8 +40,6 @@ struct Readings {
     }
 };
 
-/// Standard deviation of a reading, from second differences, which a resolved motion hardly
-/// changes. The quietest tenth of the record counts: a coarsely sampled swing is not noise.
 double noise_of(const Readings& readings) {
     constexpr std::size_t windows = 10;
     const std::size_t width = std::max<std::size_t>(8, readings.size() / windows);
@@ -91,7 +89,7 @@ struct Hold {
     double passage = 0.0; ///< through the final position after the release
     double period = 0.0;
     double decay_per_cycle = 0.0; ///< of the amplitude, logarithmic
-    std::size_t swings = 0;       ///< passages from then on
+    std::vector<double> swings{}; ///< passages from then on
 };
 
 /// Largest distance from `rest` between two times.
@@ -123,29 +121,43 @@ double longest_gap(const Readings& readings, double begin, double end) {
     return longest;
 }
 
+/// The interval before the passage i, of two or more; up to seven show the first swings.
+Hold hold_before(const Readings& readings, const std::vector<double>& passed, std::size_t i,
+                 double rest) {
+    const std::size_t end = std::min(passed.size(), i + 7);
+    // A wrong centre makes the halves of a period unequal, not their mean.
+    const double half = (passed[end - 1] - passed[i]) / double(end - 1 - i);
+    const auto at = [&](std::size_t k) { return passed.begin() + std::ptrdiff_t(k); };
+    return {i == 0 ? readings.times.front() : passed[i - 1],
+            passed[i],
+            2.0 * half,
+            decay_of(readings, {at(i), at(end)}, rest),
+            {at(i), passed.end()}};
+}
+
 /// The last interval before a passage that is longer than half a period. Passages are not seen in
 /// gaps, and not of swings that hardly exceed `least`, the distance from which a side counts.
 std::optional<Hold> last_hold(const Readings& readings, const std::vector<double>& passed,
                               double rest, double least) {
     constexpr double longer = 1.3; // than half a period; a beat changes it by less
-    for (std::size_t i = passed.size(); i-- > 0;) {
-        const std::size_t end = std::min(passed.size(), i + 7);
-        if (end < i + 2)
-            continue;
-        // A wrong centre makes the halves of a period unequal, not their mean.
-        const double half = (passed[end - 1] - passed[i]) / double(end - 1 - i);
-        const double begin = i == 0 ? readings.times.front() : passed[i - 1];
-        if (i == 0 || (passed[i] - begin > longer * half &&
-                       longest_gap(readings, begin, passed[i]) < 0.5 * half &&
-                       amplitude_between(readings, begin, passed[i], rest) > 3.0 * least))
-            return Hold{
-                begin, passed[i], 2.0 * half,
-                decay_of(readings,
-                         {passed.begin() + std::ptrdiff_t(i), passed.begin() + std::ptrdiff_t(end)},
-                         rest),
-                passed.size() - i};
+    for (std::size_t i = passed.size() - std::min<std::size_t>(1, passed.size()); i-- > 0;) {
+        Hold hold = hold_before(readings, passed, i, rest);
+        const double half = 0.5 * hold.period;
+        if (i == 0 || (hold.passage - hold.begin > longer * half &&
+                       longest_gap(readings, hold.begin, hold.passage) < 0.5 * half &&
+                       amplitude_between(readings, hold.begin, hold.passage, rest) > 3.0 * least))
+            return hold;
     }
     return std::nullopt;
+}
+
+/// That before the first passage after the last held reading.
+std::optional<Hold> stated_hold(const Readings& readings, const std::vector<double>& passed,
+                                double rest, double last_held) {
+    const auto after = std::ranges::upper_bound(passed, last_held) - passed.begin();
+    if (std::ssize(passed) < after + 2)
+        return std::nullopt;
+    return hold_before(readings, passed, std::size_t(after), rest);
 }
 
 /// A curve of the motion after a release, from the time at which the hand begins to open.
@@ -162,15 +174,18 @@ struct Candidate {
     }
 };
 
-/// That of a cantilever that is let go at once, or a single damped cosine.
+/// That of a cantilever that is let go at once, or one damped mode that starts at rest.
 Candidate sudden_release(const ReleaseCurve& curve, bool is_beam) {
     constexpr int points = 2000;
     Candidate sudden{.step = 0.45 * curve.period / points};
-    const double decay = curve.decay_per_cycle / curve.period;
+    const double decay = curve.decay_per_cycle;
     for (int k = 0; k <= points; ++k) {
         const double t = k * sudden.step;
-        sudden.values.push_back(
-            is_beam ? curve.at(t) : std::exp(-decay * t) * std::cos(2.0 * pi * t / curve.period));
+        const double angle = 2.0 * pi * t / curve.period;
+        sudden.values.push_back(is_beam
+                                    ? curve.at(t)
+                                    : std::exp(-decay * t / curve.period) *
+                                          (std::cos(angle) + decay / (2.0 * pi) * std::sin(angle)));
     }
     return sudden;
 }
@@ -195,10 +210,13 @@ Candidate opened(const Candidate& sudden, double opening) {
 
 class HeldFit {
   public:
-    HeldFit(const Readings& readings, const Hold& hold, double rest, double relative_height)
+    /// `last_held`: the index of the last reading before the release, if it is known.
+    HeldFit(const Readings& readings, const Hold& hold, double rest, double relative_height,
+            std::optional<std::size_t> last_held)
         : readings_(readings),
           rest_(rest), curve_{relative_height, hold.period, hold.decay_per_cycle},
-          passage_(hold.passage), begin_(std::max(hold.begin, passage_ - 1.5 * hold.period)) {}
+          passage_(hold.passage), begin_(std::max(hold.begin, passage_ - 1.5 * hold.period)),
+          last_held_(last_held) {}
 
     [[nodiscard]] const ReleaseCurve& curve() const { return curve_; }
 
@@ -214,8 +232,11 @@ class HeldFit {
     [[nodiscard]] Fit best(const Candidate& candidate) const {
         const double period = curve_.period;
         const double guess = passage_ - curve_.first_passage() - 0.5 * candidate.opening;
-        double low = std::max(guess - 0.2 * period, begin_);
-        double high = guess + 0.15 * period;
+        const double earliest =
+            last_held_ ? readings_.times[*last_held_] : std::max(guess - 0.2 * period, begin_);
+        const double latest = last_held_ ? readings_.times[*last_held_ + 1] : guess + 0.15 * period;
+        double low = earliest;
+        double high = latest;
         constexpr int steps = 40;
         Fit best;
         for (int round = 0; round < 4; ++round) {
@@ -225,8 +246,8 @@ class HeldFit {
                     fit.squares < best.squares)
                     best = fit;
             const double step = (high - low) / steps;
-            low = best.time - step;
-            high = best.time + step;
+            low = std::max(earliest, best.time - step);
+            high = std::min(latest, best.time + step);
         }
         return best;
     }
@@ -235,8 +256,9 @@ class HeldFit {
     [[nodiscard]] Fit at(double time, const Candidate& candidate) const {
         const double period = curve_.period;
         // A window of fixed ends, so that sums of different times can be compared.
-        const std::size_t begin =
-            readings_.at(begin_ + (begin_ > readings_.times.front() ? 0.25 * period : 0.0));
+        const std::size_t begin = std::min(
+            readings_.at(begin_ + (begin_ > readings_.times.front() ? 0.25 * period : 0.0)),
+            last_held_.value_or(readings_.size()));
         const std::size_t end =
             std::min(readings_.at(passage_ - 0.08 * period) + 1, readings_.size());
         const std::size_t stride = std::max<std::size_t>(1, (end - std::min(begin, end)) / 3000);
@@ -272,6 +294,7 @@ class HeldFit {
     ReleaseCurve curve_;
     double passage_;
     double begin_;
+    std::optional<std::size_t> last_held_;
 };
 
 /// The variance of t₀ from the curvature of the sum of squares.
@@ -415,8 +438,12 @@ double centre_of_swing(std::span<const double> times, std::span<const double> po
     return best.centre;
 }
 
+double quietest_noise(std::span<const double> times, std::span<const double> positions) {
+    return noise_of(Readings(times, positions));
+}
+
 SwingRelease find_swing_release(std::span<const double> times, std::span<const double> positions,
-                                double relative_height) {
+                                double relative_height, std::optional<double> last_held) {
     const Readings readings(times, positions);
     if (readings.size() < 12)
         throw core::InputError("fewer than 12 readings are left, so no release can be found");
@@ -428,18 +455,26 @@ SwingRelease find_swing_release(std::span<const double> times, std::span<const d
     std::optional<Hold> hold;
     for (int round = 0; round < 2; ++round) { // the centre needs the time of the release
         const double least = std::max(5.0 * noise, 0.05 * widest);
-        hold = last_hold(readings, passages(readings, rest, least), rest, least);
+        const std::vector<double> passed = passages(readings, rest, least);
+        hold = last_held ? stated_hold(readings, passed, rest, *last_held)
+                         : last_hold(readings, passed, rest, least);
         if (!hold)
-            break;
+            throw core::InputError(
+                "no release was found: the stem is not held away from its final position, or does "
+                "not swing through it twice afterwards");
         rest = centre_of_swing(times, positions, hold->passage, hold->period);
     }
-    if (!hold || hold->swings < 2)
-        throw core::InputError(
-            "no release was found: the stem is not held away from its final position, or does "
-            "not swing through it twice afterwards");
-    const HeldFit fitted(readings, *hold, rest, relative_height);
+    std::optional<std::size_t> held_index;
+    if (last_held) // a passage follows, and so does a reading
+        held_index = std::max<std::size_t>(
+                         1, std::size_t(std::ranges::upper_bound(readings.times, *last_held) -
+                                        readings.times.begin())) -
+                     1;
+    const HeldFit fitted(readings, *hold, rest, relative_height, held_index);
     SwingRelease release = averaged(fitted, hold->period, noise);
     release.rest = rest;
+    release.decay_per_cycle = hold->decay_per_cycle;
+    release.passages = hold->swings;
     // A record that begins in the middle of a swing has a turning point in place of the hold, which
     // is short and no straight line.
     const double pull = std::abs(release.held - rest);
@@ -447,8 +482,8 @@ SwingRelease find_swing_release(std::span<const double> times, std::span<const d
     const bool is_line = release.noise <= std::max(0.01 * pull, std::min(1.5 * noise, 0.03 * pull));
     release.held_begin =
         begin_of_hold(readings, release, std::max(5.0 * release.noise, 0.01 * pull));
-    if (release.held_count < 2 || still < 0.05 * hold->period ||
-        (still < 0.35 * hold->period && !is_line) || pull < 5.0 * release.noise)
+    if (!last_held && (release.held_count < 2 || still < 0.05 * hold->period ||
+                       (still < 0.35 * hold->period && !is_line) || pull < 5.0 * release.noise))
         throw core::InputError("no release was found: the record begins in the middle of a swing");
     return release;
 }

@@ -25,22 +25,31 @@
 namespace culm::measure {
 
 struct SwingRelease {
-    double time = 0.0;          ///< t₀, on the clock of the readings
-    double uncertainty = 0.0;   ///< of it, standard
-    double held = 0.0;          ///< L(t₀)
-    double held_begin = 0.0;    ///< first time from which all readings are near L(t₀)
-    double noise = 0.0;         ///< standard deviation of a held reading about L
-    std::size_t held_count = 0; ///< readings that L is fitted to
-    double rest = 0.0;          ///< c
-    double period = 0.0;        ///< T, of the first swings
+    double time = 0.0;              ///< t₀, on the clock of the readings
+    double uncertainty = 0.0;       ///< of it, standard
+    double held = 0.0;              ///< L(t₀)
+    double held_begin = 0.0;        ///< first time from which all readings are near L(t₀)
+    double noise = 0.0;             ///< standard deviation of a held reading about L
+    std::size_t held_count = 0;     ///< readings that L is fitted to
+    double rest = 0.0;              ///< c
+    double period = 0.0;            ///< T, of the first swings
+    double decay_per_cycle = 0.0;   ///< of their amplitude, logarithmic
+    std::vector<double> passages{}; ///< p, after the release
 };
 
 /// The release in a history of positions at ascending times; NaN is a gap. `relative_height` is
-/// that of the readings over the stem's length. Throws core::InputError, which names no file, if
-/// the history shows no stem that is held, let go, and swings through its final position twice.
+/// that of the readings over the stem's length. `last_held`: the time of the last reading before
+/// the release, if it is known. Throws core::InputError, which names no file, if the history shows
+/// no stem that is held, let go, and swings through its final position twice.
 [[nodiscard]] SwingRelease find_swing_release(std::span<const double> times,
                                               std::span<const double> positions,
-                                              double relative_height);
+                                              double relative_height,
+                                              std::optional<double> last_held = std::nullopt);
+
+/// Standard deviation of a reading of a history, from second differences, which a resolved motion
+/// hardly changes. The quietest tenth of the history counts: a coarsely sampled swing is not noise.
+[[nodiscard]] double quietest_noise(std::span<const double> times,
+                                    std::span<const double> positions);
 
 /// The position about which a history swings from the time `begin` on: the constant of a
 /// least-squares fit of one damped sine to the last cycles; the mean if it does not swing. NaN

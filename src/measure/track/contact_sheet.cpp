@@ -130,7 +130,7 @@ cv::Mat paint_histories(const Measurement& measurement, int width) {
 /// Frames of the sheet: two before the release, six of the first swing, the others evenly spaced.
 std::vector<std::size_t> frames_of_sheet(const Track& track) {
     constexpr std::size_t count = std::size_t(columns) * std::size_t(rows);
-    const std::size_t held = track.window.release.last_held;
+    const std::size_t held = track.window.last_held;
     std::vector<std::size_t> chosen{track.first_kept, held};
     // A wrong release or a lost axis is visible in the first swing, so it gets six frames.
     const double period = 1.0 / track.window.cycles_per_frame();
@@ -171,8 +171,8 @@ void write_contact_sheet(const std::filesystem::path& file, const Track& track) 
     source->for_each(
         source_positions(*source, track, unique), 1, [&](std::size_t i, const FrameImage& frame) {
             cv::Mat tile = paint_frame(frame, unique[i], track, enlargement);
-            const double time = (track.rows.numbers[unique[i]] - track.window.release.number) /
-                                track.frames_per_second;
+            const double time =
+                (track.rows.times[unique[i]] - track.window.release.time) / track.frames_per_second;
             write_text(tile,
                        fmt::format("{}  {:.2f} ms", track.rows.numbers[unique[i]], time * 1e3),
                        {6, 14});

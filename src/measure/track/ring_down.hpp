@@ -3,8 +3,9 @@
 // that they show: release, swing, and frames that are missing.
 #pragma once
 
-#include "measure/release/release_curve.hpp"
+#include "measure/release/swing_release.hpp"
 
+#include <algorithm>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -16,6 +17,7 @@ namespace culm::measure {
 /// Columns of the axis in the upright picture, pixels; NaN where the stem was not seen.
 struct AxisRecord {
     std::vector<int> numbers;    ///< (frames), of the recording, ascending
+    std::vector<double> times;   ///< (frames), of FrameClock
     std::vector<double> places;  ///< rows of the picture, or heights in pixels above the clamp
     std::vector<double> columns; ///< (frames, places) row-major
     std::vector<double> uncertainties; ///< of them, standard, pixels; NaN where not known
@@ -23,6 +25,8 @@ struct AxisRecord {
     [[nodiscard]] double at(std::size_t frame, std::size_t place) const {
         return columns[frame * places.size() + place];
     }
+    /// Whether the frames last equally long.
+    [[nodiscard]] bool is_even() const { return std::ranges::equal(times, numbers); }
     /// Columns at one location, (frames).
     [[nodiscard]] std::vector<double> history(std::size_t place) const;
     /// Fraction of the frames in which the location was seen.
@@ -44,70 +48,35 @@ struct AxisRecord {
 [[nodiscard]] AxisRecord at_heights(const AxisRecord& rows, double clamp_row,
                                     const std::vector<double>& heights, int rows_per_height);
 
-/// The history of one location by frame; NaN where it was not seen.
-struct WatchedHistory {
-    std::vector<int> numbers;   ///< of the frames
-    std::vector<double> column; ///< pixels
-};
-
-struct ReleaseMoment {
-    std::size_t last_held = 0;    ///< index of the last frame in which the stem is held still
-    std::size_t held_frames = 0;  ///< up to and including it, held at the same position
-    double number = 0.0;          ///< frame number, with fraction, at which it was let go
-    double misfit = 0.0;          ///< largest difference from the release curve there, of the pull
-    double sign = 1.0;            ///< −1 if it was pulled toward smaller columns
-    double pull = 0.0;            ///< held column less the rest, times sign, pixels, > 0
-    double held_noise = 0.0;      ///< robust spread of the held columns, pixels
-    double period = 0.0;          ///< mean over the swings seen, frames
-    std::vector<double> passages; ///< through the rest, frame numbers with fractions
-};
-
-/// Known quantities before the release is determined.
-struct ReleaseClues {
-    double rest = 0.0;                    ///< column, an estimate
-    double relative_height = 1.0;         ///< of the location, over the stem's length
-    double decay_per_cycle = 0.0;         ///< of the swing; 0 if not known yet
-    std::optional<std::size_t> last_held; ///< index of the frame, if the user states it
-};
-
-/// The release is the moment from which the first tenth of a swing follows a cantilever's
-/// ReleaseCurve best. Throws core::InputError (beginning with `source`) if the history does not
-/// show a stem that is held, released, and swings through its rest. The stem counts as held if it
-/// is still for longer than at the turning point of such a swing.
-[[nodiscard]] ReleaseMoment find_release(const WatchedHistory& history, const ReleaseClues& clues,
-                                         const std::string& source);
-
 /// y(n+2L) − c = a (y(n+L) − c) + b (y(n) − c) for every damped sine, with any phase and amplitude:
 /// a = 2 exp(−αL) cos ωL, b = −exp(−2αL). All locations share a and b; each has its own c.
 struct SwingModel {
     int lag = 1; ///< L, frames
     double a = 0.0;
     double b = 0.0;
-    std::vector<double> rest; ///< c, pixels; NaN where nothing was seen
-
-    [[nodiscard]] double cycles_per_frame() const; ///< 0 if the recurrence does not swing
-    [[nodiscard]] double decay_per_frame() const;  ///< α, ≥ 0
 };
 
 /// Linear least squares over the frames begin … end − 1 (indices), with a lag of about an eighth of
 /// the period (in frames). Triples with a missing frame are excluded. Empty if fewer than a dozen
-/// remain or the recurrence determines no rest position.
+/// remain.
 [[nodiscard]] std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin,
                                                   std::size_t end, double period);
 
-/// Residual of the recurrence in one history: y(n+2L) less its prediction from y(n+L) and y(n), at
-/// the index of n+2L; NaN if one of the frames is missing.
+/// Residual of the recurrence in one history, whose rest is c: y(n+2L) less its prediction from
+/// y(n+L) and y(n), at the index of n+2L; NaN if one of the frames is missing.
 [[nodiscard]] std::vector<double> swing_surprises(const std::vector<int>& numbers,
                                                   const std::vector<double>& history,
                                                   const SwingModel& model, double rest);
 
-/// Remarks about frames before which some were lost or doubled. While higher modes are present, a
-/// jump changes the times between passages through the rest by 4 % of a period. Later, the residual
-/// of the recurrence `model` (lag 1) is an eighth of the amplitude or more. `settled` is the index
-/// of the frame from which on the first mode swings alone.
-[[nodiscard]] std::vector<std::string> find_jumps(const WatchedHistory& history,
-                                                  const ReleaseMoment& release,
-                                                  const SwingModel& model,
-                                                  const ReleaseClues& clues, std::size_t settled);
+/// Remarks about frames of a location before which some were lost or doubled. While higher modes
+/// are present, a jump changes the times between passages through the rest by 4 % of a period.
+/// Later, the residual of the recurrence `model` (lag 1) is an eighth of the amplitude or more.
+/// `settled` is the index of the frame from which on the first mode swings alone;
+/// `relative_height` that of the location over the stem's length.
+[[nodiscard]] std::vector<std::string> find_jumps(const std::vector<int>& numbers,
+                                                  const std::vector<double>& history,
+                                                  const SwingRelease& release,
+                                                  double relative_height, const SwingModel& model,
+                                                  std::size_t settled);
 
 } // namespace culm::measure

@@ -31,34 +31,16 @@ std::vector<std::size_t> places_to_watch(const AxisRecord& record) {
     return places;
 }
 
-/// Spread between frames in the quietest eight frames, pixels, from second differences, which a
-/// slow motion does not affect.
-double quietest_spread(const std::vector<double>& column) {
-    constexpr std::size_t window = 8;
-    double quietest = std::numeric_limits<double>::infinity();
-    std::vector<double> differences;
-    for (std::size_t begin = 0; begin + window <= column.size(); ++begin) {
-        differences.clear();
-        for (std::size_t k = begin + 2; k < begin + window; ++k)
-            if (const double d = column[k] - 2.0 * column[k - 1] + column[k - 2]; !std::isnan(d))
-                differences.push_back(d);
-        if (differences.size() + 2 == window)
-            // The second difference of independent readings has 1 + 4 + 1 times their variance.
-            quietest = std::min(quietest, core::robust_deviation(differences) / std::sqrt(6.0));
-    }
-    return std::isfinite(quietest) ? quietest : 0.0;
-}
-
-void refuse_still_stem(const WatchedHistory& history, const std::string& source) {
-    const std::vector<double> seen = known(history.column);
+void refuse_still_stem(const AxisRecord& record, const std::vector<double>& column,
+                       const std::string& source) {
+    const std::vector<double> seen = known(column);
     if (seen.size() < 12)
         throw core::InputError(
             fmt::format("{}: the stem is seen in {} of {} frames only; 12 at least are needed",
-                        source, seen.size(), history.column.size()));
+                        source, seen.size(), column.size()));
     const double range = core::quantile(seen, 0.99) - core::quantile(seen, 0.01);
-    // Readings of a still stem span five standard deviations, and the quietest of a few hundred
-    // windows has about a quarter of one.
-    const double limit = std::max(1.0, 20.0 * quietest_spread(history.column));
+    // Readings of a still stem span five standard deviations.
+    const double limit = std::max(1.0, 10.0 * quietest_noise(record.times, column));
     if (range < limit)
         throw core::InputError(fmt::format("{}: the stem does not move (by {:.2f} pixels, where "
                                            "{:.2f} are needed): it is never released",
@@ -82,15 +64,15 @@ double deviation_of(const std::vector<double>& column, std::size_t begin, std::s
 }
 
 /// Index of the first frame from which the readings of every period scatter by at most the limit.
-std::optional<std::size_t> find_rest(const WatchedHistory& history, std::size_t after,
+std::optional<std::size_t> find_rest(const std::vector<double>& column, std::size_t after,
                                      double period, double limit) {
     // A window of one period contains the whole amplitude of a remaining swing. The search runs
     // backwards: the first window that exceeds the limit is the end of the swing.
     const auto window = std::max<std::size_t>(8, std::size_t(std::ceil(period)));
-    const std::size_t count = history.column.size();
+    const std::size_t count = column.size();
     std::optional<std::size_t> begin;
     for (std::size_t end = count; end >= after + window; --end) {
-        if (deviation_of(history.column, end - window, end) > limit)
+        if (deviation_of(column, end - window, end) > limit)
             break;
         begin = end - window;
     }
@@ -164,8 +146,8 @@ std::vector<double> spread_about(const SwingModel& swing, const AxisRecord& reco
     std::vector<double> result;
     for (std::size_t h = 0; h < record.places.size(); ++h) {
         const std::vector<double> surprises =
-            swing_surprises(record.numbers, record.history(h), swing, swing.rest[h]);
-        // NaN if none is known
+            swing_surprises(record.numbers, record.history(h), swing, 0.0);
+        // About their median, so the rest does not matter; NaN if none is known.
         result.push_back(core::robust_deviation(known(std::span(surprises).subspan(begin))) /
                          amplification);
     }
@@ -177,10 +159,10 @@ void find_noise(RingDownWindow& window, const AxisRecord& record,
                 const std::vector<double>& spread_about_swing) {
     const std::size_t count = record.numbers.size();
     const std::size_t at_rest = window.rest_begin ? count - *window.rest_begin : 0;
-    const std::size_t held = window.release.held_frames;
+    const std::size_t held = window.held_frames;
     // Frames after rest are preferred if there are clearly more; a finger that holds may tremble.
     if (held >= fewest_still_frames && at_rest < 4 * held) {
-        const std::size_t end = window.release.last_held + 1;
+        const std::size_t end = window.last_held + 1;
         const std::size_t begin = end - std::min(end, held);
         window.noise = spread(record, begin, end);
         draw_together(window.noise, held);
@@ -208,39 +190,64 @@ void find_noise(RingDownWindow& window, const AxisRecord& record,
     window.noise_source = "residual of a damped swing between neighbouring frames";
 }
 
-/// A location, its history, and the release there with a first estimate of the rest.
+/// A location, its history, and the release there.
 struct WatchedPlace {
     std::size_t place = 0;
-    WatchedHistory history;
-    ReleaseMoment release;
+    std::vector<double> column; ///< (frames)
+    SwingRelease release;
+    std::size_t last_held = 0; ///< as in RingDownWindow
+    std::size_t held_frames = 0;
 };
 
+/// Counts the frames in which the stem is held: at the same position, before the release.
+void count_held(WatchedPlace& watched, const AxisRecord& record, const WindowOptions& options) {
+    const SwingRelease& release = watched.release;
+    const double pull = std::abs(release.held - release.rest);
+    const double close = std::max({4.0 * release.noise, 0.005 * pull, 0.05});
+    const auto is_held = [&](std::size_t k) {
+        return std::abs(watched.column[k] - release.held) <= close;
+    };
+    std::size_t last = 0;
+    for (std::size_t k = 0; k < record.times.size() && record.times[k] <= release.time; ++k)
+        if (is_held(k))
+            last = k;
+    watched.last_held = options.release_frame.value_or(last);
+    for (std::size_t k = watched.last_held + 1;
+         k-- > 0 && record.times[k] >= release.held_begin && is_held(k);)
+        ++watched.held_frames;
+    watched.held_frames = std::max<std::size_t>(1, watched.held_frames);
+}
+
 WatchedPlace watch(const AxisRecord& record, std::size_t place, const WindowOptions& options) {
-    WatchedPlace watched{place, {record.numbers, record.history(place)}, {}};
-    const std::vector<double>& column = watched.history.column;
-    refuse_still_stem(watched.history, options.source);
-    const std::vector<double> late = known(std::span(column).subspan(column.size() * 3 / 4));
-    if (late.empty())
+    WatchedPlace watched;
+    watched.place = place;
+    watched.column = record.history(place);
+    refuse_still_stem(record, watched.column, options.source);
+    std::optional<double> last_held;
+    if (options.release_frame)
+        last_held = record.times[*options.release_frame];
+    try {
+        watched.release = find_swing_release(record.times, watched.column,
+                                             record.places[place] / options.length, last_held);
+    } catch (const core::InputError& error) {
         throw core::InputError(fmt::format(
-            "{}: the stem is not seen in the last quarter of the recording", options.source));
-    watched.release = find_release(watched.history,
-                                   {.rest = core::median(late),
-                                    .relative_height = record.places[place] / options.length,
-                                    .decay_per_cycle = 0.0,
-                                    .last_held = options.release_frame},
-                                   options.source);
+            "{}: {}. If the recording shows the release, give the last frame in which the stem is "
+            "held as release_frame",
+            options.source, error.what()));
+    }
+    count_held(watched, record, options);
     return watched;
 }
 
 /// Whether the location was seen while the stem was held and when it fell.
 bool shows_release(const WatchedPlace& watched) {
-    const std::vector<double>& column = watched.history.column;
+    const std::vector<double>& column = watched.column;
     const auto unseen = [&](std::size_t begin, std::size_t end) {
         return std::count_if(column.begin() + std::ptrdiff_t(begin),
                              column.begin() + std::ptrdiff_t(std::min(end, column.size())),
                              [](double value) { return std::isnan(value); });
     };
-    const std::size_t moving = watched.release.last_held + 1;
+    const std::size_t moving = watched.last_held + 1;
     return 10 * unseen(0, moving) <= std::ptrdiff_t(moving) && unseen(moving, moving + 4) == 0;
 }
 
@@ -267,66 +274,66 @@ WatchedPlace choose_place(const AxisRecord& record, const WindowOptions& options
     return *second_best;
 }
 
+/// (places) the median after the motion has died down, or the centre of the decaying swing.
+std::vector<double> rest_positions(const RingDownWindow& window, const AxisRecord& record) {
+    std::vector<double> rest;
+    for (std::size_t h = 0; h < record.places.size(); ++h) {
+        const std::vector<double> columns = record.history(h);
+        rest.push_back(window.is_rest_seen
+                           ? core::median(known(std::span(columns).subspan(*window.rest_begin)))
+                           : centre_of_swing(record.times, columns, window.release.passages.front(),
+                                             window.period));
+    }
+    return rest;
+}
+
 } // namespace
 
 RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& options) {
-    const WatchedPlace chosen = choose_place(record, options);
-    const std::size_t watched = chosen.place;
-    const WatchedHistory& history = chosen.history;
-    ReleaseMoment release = chosen.release;
-
+    const WatchedPlace watched = choose_place(record, options);
+    const std::vector<double>& column = watched.column;
+    const std::vector<double>& passages = watched.release.passages;
     RingDownWindow window;
-    const std::size_t after_first_swings = std::min(
-        history.column.size(), release.last_held + std::size_t(std::ceil(1.5 * release.period)));
-    const std::optional<SwingModel> swing =
-        fit_swing(record, after_first_swings, history.column.size(), release.period);
-    const std::vector<double> about_swing =
-        swing ? spread_about(*swing, record, after_first_swings) : std::vector<double>{};
-    double reading = swing ? about_swing[watched] : 0.0;
-    if (release.held_frames >= fewest_still_frames) {
-        const std::size_t end = release.last_held + 1;
-        reading = std::max(reading, deviation_of(history.column, end - release.held_frames, end));
+    window.release = watched.release;
+    window.last_held = watched.last_held;
+    window.held_frames = watched.held_frames;
+    window.period = 2.0 * (passages.back() - passages.front()) / double(passages.size() - 1);
+    window.watched = watched.place;
+    const std::size_t settled =
+        std::min(column.size(), window.last_held + std::size_t(std::ceil(1.5 * window.period)));
+    const auto fit = [&](double period) {
+        // The recurrence of a swing requires equal times between its frames.
+        return record.is_even() ? fit_swing(record, settled, column.size(), period) : std::nullopt;
+    };
+    const std::optional<SwingModel> swing = fit(window.period);
+    if (swing)
+        window.moving_noise = spread_about(*swing, record, settled);
+    double reading = swing ? window.moving_noise[watched.place] : 0.0;
+    if (window.held_frames >= fewest_still_frames) {
+        const std::size_t end = window.last_held + 1;
+        reading = std::max(reading, deviation_of(column, end - window.held_frames, end));
     }
     // In a hundred periods at rest of some 16 frames each, the largest scatter is 1.6 times the
     // reading's deviation; a swing that adds as much has an amplitude of 1.8 deviations.
     window.rest_begin =
-        find_rest(history, release.last_held + 1, release.period, 1.6 * std::max(reading, 0.02));
+        find_rest(column, window.last_held + 1, window.period, 1.6 * std::max(reading, 0.02));
     window.is_rest_seen =
-        window.rest_begin && history.column.size() - *window.rest_begin >= fewest_still_frames;
-    if (window.is_rest_seen) {
-        for (std::size_t h = 0; h < record.places.size(); ++h) {
-            const std::vector<double> columns = record.history(h);
-            window.rest.push_back(
-                core::median(known(std::span(columns).subspan(*window.rest_begin))));
-        }
-    } else if (swing) {
-        window.rest = swing->rest;
-    } else {
+        window.rest_begin && column.size() - *window.rest_begin >= fewest_still_frames;
+    if (!window.is_rest_seen && passages.size() < 3)
         throw core::InputError(fmt::format(
             "{}: the recording ends before the stem is at rest, and shows too little of the swing "
             "to determine the rest position",
             options.source));
-    }
-    const ReleaseClues clues{.rest = window.rest[watched],
-                             .relative_height = record.places[watched] / options.length,
-                             .decay_per_cycle =
-                                 swing ? swing->decay_per_frame() * release.period : 0.0,
-                             .last_held = options.release_frame};
-    release = find_release(history, clues, options.source);
-    window.release = release;
-    window.watched = watched;
-    window.moving_noise = about_swing;
-    find_noise(window, record, swing, about_swing);
-    if (const auto step = fit_swing(record, after_first_swings, history.column.size(), 1.0);
-        step && step->cycles_per_frame() > 0.0)
-        window.remarks = find_jumps(history, release, *step, clues, after_first_swings);
-    // Blur, large deflections and the noise of a reading contribute 1 % at most.
-    if (release.misfit > 0.04 + 4.0 * release.held_noise / release.pull)
+    window.rest = rest_positions(window, record);
+    find_noise(window, record, swing, window.moving_noise);
+    if (const auto step = fit(1.0))
+        window.remarks = find_jumps(record.numbers, column, window.release,
+                                    record.places[watched.place] / options.length, *step, settled);
+    if (window.release.uncertainty > 0.02 * window.period)
         window.remarks.push_back(fmt::format(
-            "the stem leaves its hold otherwise than a beam let go at its tip does, by {:.0f} % of "
-            "the pull: was it let go slowly, or are frames missing there? The moment of release is "
-            "uncertain",
-            100.0 * release.misfit));
+            "the moment of release is uncertain by {:.1g} frames (standard): was the stem let go "
+            "slowly, or are frames missing there?",
+            window.release.uncertainty));
     return window;
 }
 

@@ -34,7 +34,7 @@ class RowMatcher {
                int threads)
         : track_(track), source_(source), wanted_(wanted), threads_(threads),
           used_(used_rows(track)),
-          held_(track.window.release.held_frames > 1 ? track.window.release.last_held + 1 : 0) {}
+          held_(track.window.held_frames > 1 ? track.window.last_held + 1 : 0) {}
 
     std::optional<double> run() {
         find_ground();

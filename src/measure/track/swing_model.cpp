@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/order_statistics.hpp"
+#include "measure/release/release_curve.hpp"
 #include "measure/track/ring_down.hpp"
 
 #include <algorithm>
@@ -45,23 +46,20 @@ std::string jump_between(int before, int after) {
                        before, after);
 }
 
-/// Twice the median time between passages, which a jump does not change; with fewer than four
-/// such times, the recurrence's period.
-double usual_period(const std::vector<double>& passages, double otherwise) {
-    return passages.size() < 5 ? otherwise : 2.0 * core::median_interval(passages);
-}
-
 /// Reports passages through the rest that are too early or too late, until the swing has settled.
-void judge_passages(const WatchedHistory& history, const ReleaseMoment& release,
-                    const SwingModel& model, const ReleaseClues& clues, std::size_t settled,
+void judge_passages(const SwingRelease& release, double relative_height, double settled,
                     std::vector<std::string>& remarks) {
-    const double period = usual_period(release.passages, 1.0 / model.cycles_per_frame());
-    const ReleaseCurve curve{clues.relative_height, period, clues.decay_per_cycle};
-    const double tolerance = (0.04 + 2.0 * release.held_noise / release.pull) * period;
-    double before = release.number;
+    const std::vector<double>& passages = release.passages;
+    // A jump does not change the median time between passages.
+    const double period =
+        passages.size() < 5 ? release.period : 2.0 * core::median_interval(passages);
+    const ReleaseCurve curve{relative_height, period, release.decay_per_cycle};
+    const double tolerance =
+        (0.04 + 2.0 * release.noise / std::abs(release.held - release.rest)) * period;
+    double before = release.time;
     double expected = curve.first_passage();
-    for (const double passage : release.passages) {
-        if (before > history.numbers[std::min(settled, history.numbers.size() - 1)])
+    for (const double passage : passages) {
+        if (before > settled)
             break;
         if (std::abs(passage - before - expected) > tolerance)
             remarks.push_back(jump_between(int(std::floor(before)), int(std::ceil(passage))));
@@ -71,29 +69,29 @@ void judge_passages(const WatchedHistory& history, const ReleaseMoment& release,
 }
 
 /// Largest distance from the rest within one period of a frame.
-double amplitude_at(const WatchedHistory& history, std::size_t frame, std::size_t period,
+double amplitude_at(const std::vector<double>& history, std::size_t frame, std::size_t period,
                     double rest) {
     double amplitude = 0.0;
-    const std::size_t end = std::min(history.column.size(), frame + period);
+    const std::size_t end = std::min(history.size(), frame + period);
     for (std::size_t i = frame - std::min(frame, period); i < end; ++i)
-        if (const double size = std::abs(history.column[i] - rest); size > amplitude)
+        if (const double size = std::abs(history[i] - rest); size > amplitude)
             amplitude = size;
     return amplitude;
 }
 
-void judge_surprises(const WatchedHistory& history, const SwingModel& model, double rest,
-                     std::size_t settled, std::vector<std::string>& remarks) {
-    const std::vector<double> surprises =
-        swing_surprises(history.numbers, history.column, model, rest);
+void judge_surprises(const std::vector<int>& numbers, const std::vector<double>& history,
+                     const SwingRelease& release, const SwingModel& model, std::size_t settled,
+                     std::vector<std::string>& remarks) {
+    const std::vector<double> surprises = swing_surprises(numbers, history, model, release.rest);
     const std::vector<double> usual = known(std::span(surprises).subspan(settled));
     if (usual.size() < 12)
         return;
     const double deviation = std::max(core::robust_deviation(usual), 0.01);
-    const auto period = std::size_t(std::ceil(1.0 / std::max(1e-3, model.cycles_per_frame())));
+    const auto period = std::size_t(std::ceil(release.period));
     for (std::size_t k = settled; k < surprises.size(); ++k) {
-        const double amplitude = amplitude_at(history, k, period, rest);
+        const double amplitude = amplitude_at(history, k, period, release.rest);
         if (std::abs(surprises[k]) > std::max(10.0 * deviation, 0.12 * amplitude)) {
-            remarks.push_back(jump_between(history.numbers[k - 1], history.numbers[k]));
+            remarks.push_back(jump_between(numbers[k - 1], numbers[k]));
             k += 2; // one lost frame also disturbs the prediction of the next one
         }
     }
@@ -159,26 +157,12 @@ LineValue line_value(const double* columns, const double* uncertainties, int row
 
 } // namespace
 
-double SwingModel::cycles_per_frame() const {
-    // exp(−αL) = √(−b), cos ωL = a/(2 √(−b)).
-    const double decay = std::sqrt(std::max(0.0, -b));
-    const double cosine = decay > 0.0 ? a / (2.0 * decay) : 2.0;
-    if (std::abs(cosine) >= 1.0)
-        return 0.0;
-    return std::acos(cosine) / (2.0 * std::numbers::pi * lag);
-}
-
-double SwingModel::decay_per_frame() const {
-    return b < 0.0 && b > -1.0 ? -std::log(-b) / (2.0 * lag) : 0.0;
-}
-
 std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin, std::size_t end,
                                     double period) {
     SwingModel model;
     model.lag = std::max(1, int(std::lround(period / 8.0)));
     Eigen::Matrix2d normal = Eigen::Matrix2d::Zero();
     Eigen::Vector2d right = Eigen::Vector2d::Zero();
-    std::vector<Eigen::Vector3d> means;
     std::size_t triples = 0;
     for (std::size_t h = 0; h < record.places.size(); ++h) {
         const std::vector<double> history = record.history(h);
@@ -189,10 +173,8 @@ std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin,
             count += 1.0;
         };
         for_each_triple(record.numbers, history, model.lag, begin, end, add);
-        means.emplace_back(count > 0.0 ? Eigen::Vector3d(mean / count)
-                                       : Eigen::Vector3d::Constant(not_recorded));
         // Differences from the means contain no rest position.
-        const Eigen::Vector3d centre = means.back();
+        const Eigen::Vector3d centre = mean / std::max(1.0, count);
         const auto accumulate = [&](double first, double second, double third, std::size_t) {
             const Eigen::Vector2d before(second - centre[1], first - centre[0]);
             normal += before * before.transpose();
@@ -207,12 +189,6 @@ std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin,
     const Eigen::Vector2d solution = normal.ldlt().solve(right);
     model.a = solution[0];
     model.b = solution[1];
-    // At rest y = c: c (1 − a − b) is the mean of y(n+2L) − a y(n+L) − b y(n).
-    const double stiffness = 1.0 - model.a - model.b; // 0 if the recurrence has no rest position
-    if (!(stiffness > 1e-3))
-        return std::nullopt;
-    for (const Eigen::Vector3d& mean : means)
-        model.rest.push_back((mean[2] - model.a * mean[1] - model.b * mean[0]) / stiffness);
     return model;
 }
 
@@ -227,12 +203,14 @@ std::vector<double> swing_surprises(const std::vector<int>& numbers,
     return surprises;
 }
 
-std::vector<std::string> find_jumps(const WatchedHistory& history, const ReleaseMoment& release,
-                                    const SwingModel& model, const ReleaseClues& clues,
+std::vector<std::string> find_jumps(const std::vector<int>& numbers,
+                                    const std::vector<double>& history, const SwingRelease& release,
+                                    double relative_height, const SwingModel& model,
                                     std::size_t settled) {
     std::vector<std::string> remarks;
-    judge_passages(history, release, model, clues, settled, remarks);
-    judge_surprises(history, model, clues.rest, settled, remarks);
+    judge_passages(release, relative_height, numbers[std::min(settled, numbers.size() - 1)],
+                   remarks);
+    judge_surprises(numbers, history, release, model, settled, remarks);
     return remarks;
 }
 
@@ -273,7 +251,7 @@ std::vector<double> spaced_heights(const AxisRecord& rows, double clamp_row, dou
 
 AxisRecord at_heights(const AxisRecord& rows, double clamp_row, const std::vector<double>& heights,
                       int rows_per_height) {
-    AxisRecord record{rows.numbers, heights, {}, {}};
+    AxisRecord record{rows.numbers, rows.times, heights, {}, {}};
     for (std::size_t k = 0; k < rows.numbers.size(); ++k)
         for (const double height : heights) {
             const std::size_t frame = k * rows.places.size();

@@ -35,24 +35,6 @@ std::vector<std::size_t> wanted_frames(const FrameSource& source, const TrackSet
     return wanted;
 }
 
-/// Frame numbers as the camera would have counted them: frames that the settings declare missing
-/// shift all later ones.
-std::vector<int> true_numbers(const FrameSource& source, std::span<const std::size_t> wanted,
-                              const TrackSettings& settings) {
-    std::vector<int> numbers;
-    std::vector<int> missing = settings.missing_frames;
-    std::ranges::sort(missing);
-    // Both lists ascend, so what lies before one frame lies before the next as well.
-    std::size_t before = 0;
-    for (const std::size_t index : wanted) {
-        const int number = source.numbers()[index];
-        while (before < missing.size() && missing[before] <= number + int(before))
-            ++before;
-        numbers.push_back(number + int(before));
-    }
-    return numbers;
-}
-
 /// Hash of the pixels to recognise equal frames (64-bit FNV-1a).
 std::uint64_t fingerprint(const BandImage& image) {
     std::uint64_t hash = 14695981039346656037ULL;
@@ -67,7 +49,7 @@ void drop_repeated_frames(Track& track, const std::vector<bool>& repeats) {
     const RingDownWindow& window = track.window;
     const std::size_t end = window.rest_begin.value_or(repeats.size());
     std::vector<int> dropped;
-    for (std::size_t k = window.release.last_held + 1; k < end; ++k) {
+    for (std::size_t k = window.last_held + 1; k < end; ++k) {
         if (!repeats[k])
             continue;
         for (AxisRecord* record : {&track.rows, &track.heights})
@@ -137,9 +119,8 @@ void state_exposure(Track& track, std::optional<double> frames) {
 void choose_frames(Track& track) {
     const RingDownWindow& window = track.window;
     const std::size_t before = std::size_t(track.settings.frames_before_release.value_or(
-        int(std::min<std::size_t>(50, std::max<std::size_t>(1, window.release.held_frames)))));
-    track.first_kept =
-        window.release.last_held + 1 - std::min(window.release.last_held + 1, before);
+        int(std::min<std::size_t>(50, std::max<std::size_t>(1, window.held_frames)))));
+    track.first_kept = window.last_held + 1 - std::min(window.last_held + 1, before);
     track.last_kept = track.rows.numbers.size() - 1;
     if (track.settings.trim_after_rest && window.rest_begin) {
         const auto period = std::size_t(std::ceil(1.0 / window.cycles_per_frame()));
@@ -199,10 +180,14 @@ void fill_measurement(Track& track) {
     Measurement& measurement = track.measurement;
     const double scale = track.settings.metres_per_pixel;
     const RingDownWindow& window = track.window;
-    const double sign = track.settings.pull_sign.value_or(int(window.release.sign));
+    const double sign = track.settings.pull_sign.value_or(window.sign());
     measurement = track.settings.description;
     measurement.remarks.clear();
-    measurement.frames_per_second = track.frames_per_second;
+    if (track.rows.is_even())
+        measurement.frames_per_second = track.frames_per_second;
+    if (!measurement.release_uncertainty && measurement.release != ReleaseKind::Moving)
+        measurement.release_uncertainty = std::max(
+            1e-9, std::round(1e9 * window.release.uncertainty / track.frames_per_second) * 1e-9);
     measurement.reading = Reading::Row;
     if (measurement.row_time)
         measurement.row_height = rounded_length(scale);
@@ -210,7 +195,7 @@ void fill_measurement(Track& track) {
         measurement.heights.push_back(rounded_length(height * scale));
     for (std::size_t k = track.first_kept; k <= track.last_kept; ++k) {
         const double time =
-            (track.heights.numbers[k] - window.release.number) / track.frames_per_second;
+            (track.heights.times[k] - window.release.time) / track.frames_per_second;
         measurement.times.push_back(std::round(time * 1e9) / 1e9);
         for (std::size_t h = 0; h < track.heights.places.size(); ++h)
             measurement.deflections.push_back(
@@ -235,37 +220,6 @@ void fill_measurement(Track& track) {
     measurement.reading_uncertainties = reading_uncertainties(track);
     if (!measurement.uncertainties.row)
         measurement.uncertainties.row = rounded_length(row_uncertainty_px * scale);
-}
-
-/// Refuses frames that last unequally long by the file's time stamps: a telephone lengthens them
-/// when the light fades. Stamps are rounded, often to a millisecond.
-void require_equal_frames(const FrameSource& source, const std::vector<std::size_t>& wanted) {
-    constexpr std::size_t part = 20;
-    const std::vector<double>& stamps = source.stamps();
-    if (stamps.empty() || wanted.size() <= 2 * part)
-        return;
-    const auto duration = [&](std::size_t begin) {
-        const std::size_t first = wanted[begin];
-        const std::size_t last = wanted[begin + part];
-        return (stamps[last] - stamps[first]) /
-               double(source.numbers()[last] - source.numbers()[first]);
-    };
-    const double first = duration(0);
-    for (std::size_t begin = 1; begin + part < wanted.size(); ++begin)
-        if (const double here = duration(begin); std::abs(here - first) > 0.03 * first + 0.1) {
-            // The longer frames begin in the middle of the first window that shows them.
-            std::size_t change = begin + part;
-            while (change > begin && std::abs(stamps[wanted[change]] - stamps[wanted[change - 1]] -
-                                              first) > 0.03 * first + 0.1)
-                --change;
-            throw core::InputError(fmt::format(
-                "{}: the frames last unequally long by the file's time stamps: {:.4g} ms, and "
-                "{:.4g} "
-                "ms from frame {} on. Frames of one duration are needed: state a part as [video] "
-                "first_frame and frame_count, with its fps",
-                source.name(), first, duration(std::min(begin + part, wanted.size() - part - 1)),
-                source.numbers()[wanted[change]]));
-        }
 }
 
 WindowOptions window_options(const Track& track) {
@@ -325,11 +279,13 @@ Track track_video(const TrackSettings& settings, int threads) {
     track.source = source->name();
     for (const std::string& remark : source->remarks())
         track.remarks.push_back(remark);
-    track.frames_per_second = camera_rate(*source, settings, track.remarks);
     const std::vector<std::size_t> wanted = wanted_frames(*source, settings);
-    require_equal_frames(*source, wanted);
+    FrameClock clock = frame_clock(*source, wanted, settings, track.remarks);
+    track.frames_per_second = clock.frames_per_second;
+    track.rate_source = clock.rate_source;
     track.survey = survey_stem(*source, wanted, settings, threads);
-    track.rows.numbers = true_numbers(*source, wanted, settings);
+    track.rows.numbers = std::move(clock.numbers);
+    track.rows.times = std::move(clock.times);
     const std::vector<bool> repeats = track_rows(track, *source, wanted, threads);
     set_heights(track, heights_in_pixels(track));
     drop_unseen_heights(track);

@@ -9,6 +9,7 @@
 #include "measure/track/ring_down.hpp"
 #include "measure/track/stem_trace.hpp"
 
+#include <cmath>
 #include <cstddef>
 #include <filesystem>
 #include <optional>
@@ -93,8 +94,26 @@ struct StemSurvey {
 [[nodiscard]] StemSurvey survey_stem(const FrameSource& source, std::span<const std::size_t> wanted,
                                      const TrackSettings& settings, int threads);
 
+/// When the wanted frames were taken.
+struct FrameClock {
+    double frames_per_second = 0.0; ///< of the camera
+    std::string rate_source;        ///< of that rate, as "of video.toml"
+    std::vector<int> numbers;       ///< as the camera would have counted them
+    std::vector<double> times;      ///< in frames: the numbers, if they last equally long
+};
+
+/// Adds remarks if the rate of a video file is not that of video.toml, and if the frames last
+/// unequally long by the file's time stamps, which then are their times. Throws core::InputError
+/// if no rate is known or a camera's header contradicts video.toml.
+[[nodiscard]] FrameClock frame_clock(const FrameSource& source, std::span<const std::size_t> wanted,
+                                     const TrackSettings& settings,
+                                     std::vector<std::string>& remarks);
+
 struct RingDownWindow {
-    ReleaseMoment release;                 ///< at the place watched
+    SwingRelease release;                  ///< at the place watched, in frames and pixels
+    std::size_t last_held = 0;             ///< index of the last frame in which the stem is held
+    std::size_t held_frames = 0;           ///< up to and including it, held at the same position
+    double period = 0.0;                   ///< mean over the swings seen, frames
     std::optional<std::size_t> rest_begin; ///< index of the first frame at rest
     /// (places) column, pixels: the median of the frames after the motion has died down or, if the
     /// recording ends before, the centre of the decaying swing.
@@ -111,7 +130,11 @@ struct RingDownWindow {
     std::vector<double> moving_noise;
     std::vector<std::string> remarks;
 
-    [[nodiscard]] double cycles_per_frame() const { return 1.0 / release.period; } ///< of the swing
+    [[nodiscard]] double cycles_per_frame() const { return 1.0 / period; } ///< of the swing
+    /// −1 if the stem was pulled toward smaller columns, otherwise 1.
+    [[nodiscard]] int sign() const { return release.held < release.rest ? -1 : 1; }
+    /// Distance from the rest at which it was held, pixels.
+    [[nodiscard]] double pull() const { return std::abs(release.held - release.rest); }
 };
 
 struct WindowOptions {
@@ -120,15 +143,13 @@ struct WindowOptions {
     std::optional<std::size_t> release_frame; ///< index of the last held frame, if given
 };
 
-/// Uses the highest location that is seen in nearly all frames and throughout the release. Release:
-/// after the largest deflection that is followed by a swing back, the last frame at the held
-/// position, and the moment from which a cantilever's ReleaseCurve follows. Rest: the time after
-/// which the range of a period is within the noise. Noise: the spread while held (at least 5
-/// frames), else at rest, else of the residuals of the swing's recurrence; its correlation between
-/// frames, if 8 frames are still. Remarks report a release that was not sudden, and jumps that look
-/// like lost frames without a gap in the numbers. Throws core::InputError with the observed motion
-/// if the stem does not move, is not released, does not swing, or was released before the first
-/// frame.
+/// Uses the highest location that is seen in nearly all frames and throughout the release
+/// (find_swing_release). Rest: the time after which the range of a period is within the noise; the
+/// centre of the swing if it is not seen. Noise: the spread while held (at least 5 frames), else at
+/// rest, else of the residuals of the swing's recurrence; its correlation between frames, if 8
+/// frames are still. Remarks report a release whose moment is uncertain, and jumps that look like
+/// lost frames without a gap in the numbers. Throws core::InputError with the observed motion if
+/// the stem does not move, is not released, does not swing, or was released before the first frame.
 [[nodiscard]] RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& options);
 
 /// A measurement and its intermediate results.
@@ -137,6 +158,7 @@ struct Track {
     TrackSettings settings;
     std::string source;
     double frames_per_second = 0.0;
+    std::string rate_source; ///< FrameClock::rate_source
     StemSurvey survey;
     AxisRecord rows;    ///< every row of the upright picture, every frame
     AxisRecord heights; ///< at the measurement's heights, in pixels above the clamp
@@ -185,12 +207,6 @@ std::optional<double> match_rows(Track& track, const FrameSource& source,
 /// on the number of threads. Throws core::InputError with the reason if the recording gives no
 /// reliable measurement.
 [[nodiscard]] Track track_video(const TrackSettings& settings, int threads = 1);
-
-/// The camera's frames per second, from video.toml or from a recording that states it. Throws
-/// core::InputError if there is none or the two differ by more than a thousandth. A different rate
-/// of a video file is interpreted as that of playback and causes a remark.
-[[nodiscard]] double camera_rate(const FrameSource& source, const TrackSettings& settings,
-                                 std::vector<std::string>& remarks);
 
 /// Young's modulus, Pa, with which a uniform Euler–Bernoulli cantilever of the stem's length,
 /// section and density would swing as the recording shows, f = 1.8751²/(2π L²) √(EI/μ). It is

@@ -90,7 +90,7 @@ void doubt_rate(Track& track) {
 void doubt_places(Track& track) {
     const TrackSettings& settings = track.settings;
     const RingDownWindow& window = track.window;
-    if (settings.pull_sign && *settings.pull_sign != int(window.release.sign))
+    if (settings.pull_sign && *settings.pull_sign != window.sign())
         track.remarks.emplace_back("the stem is pulled to the other side than pull_side says: "
                                    "deflections begin negative");
     if (!settings.axis)
@@ -123,31 +123,6 @@ double modulus_of_swing(const Track& track) {
     const double root =
         2.0 * std::numbers::pi * frequency * stem.length * stem.length / (1.8751 * 1.8751);
     return root * root * mass_per_length(stem) / second_moment_of_area(stem.section);
-}
-
-double camera_rate(const FrameSource& source, const TrackSettings& settings,
-                   std::vector<std::string>& remarks) {
-    const std::optional<double> stated = source.stated_fps();
-    if (!settings.fps) {
-        if (stated && source.states_camera_rate())
-            return *stated;
-        throw core::InputError(fmt::format(
-            "{}: video.fps is missing: the camera's frames per second{}", settings.file.string(),
-            stated ? fmt::format(" (the {:.6g} that the file states may be those of playback)",
-                                 *stated)
-                   : ""));
-    }
-    if (!stated || std::abs(*stated / *settings.fps - 1.0) <= 1e-3)
-        return *settings.fps;
-    if (source.states_camera_rate())
-        throw core::InputError(
-            fmt::format("{}: video.fps = {:g}: the camera's own header says {:g} frames/s for {}",
-                        settings.file.string(), *settings.fps, *stated, source.name()));
-    remarks.push_back(fmt::format(
-        "the video file states {:.6g} frames/s, video.toml {:.6g}: the former is taken for the "
-        "speed of playback; if it is the camera's, all times are wrong by that ratio",
-        *stated, *settings.fps));
-    return *settings.fps;
 }
 
 void add_doubts(Track& track) {

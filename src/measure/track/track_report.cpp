@@ -5,6 +5,7 @@
 #include "measure/folder/measurement_folder.hpp"
 #include "measure/track/track.hpp"
 
+#include <algorithm>
 #include <array>
 
 #include <fmt/core.h>
@@ -39,6 +40,15 @@ nlohmann::ordered_json places_json(const Track& track) {
     return json;
 }
 
+/// Number of the frame, with a fraction, at which the stem was let go.
+double release_frame(const Track& track) {
+    const AxisRecord& rows = track.rows;
+    const std::size_t held = std::min(track.window.last_held, rows.times.size() - 2);
+    const double share =
+        (track.window.release.time - rows.times[held]) / (rows.times[held + 1] - rows.times[held]);
+    return rows.numbers[held] + share * (rows.numbers[held + 1] - rows.numbers[held]);
+}
+
 double seen_fraction(const Measurement& measurement) {
     return double(known(measurement.deflections).size()) / double(measurement.deflections.size());
 }
@@ -54,8 +64,7 @@ std::string assumed_text(const Track& track) {
                             what, key);
     };
     if (!settings.fps)
-        add(fmt::format("{:g} frames/s, of the recording's header", track.frames_per_second),
-            "fps");
+        add(fmt::format("{:g} frames/s, {}", track.frames_per_second, track.rate_source), "fps");
     if (!settings.up)
         add(fmt::format("the tip is toward {}", up_name(survey.view.up)), "up");
     if (!settings.clamp)
@@ -73,8 +82,7 @@ std::string assumed_text(const Track& track) {
                         positive_side(track)),
             "pull_side");
     if (!settings.release_frame)
-        add(fmt::format("it was let go at frame {:.2f}", track.window.release.number),
-            "release_frame");
+        add(fmt::format("it was let go at frame {:.2f}", release_frame(track)), "release_frame");
     return text;
 }
 
@@ -89,7 +97,7 @@ const char* channel_name(Band band) {
 }
 
 const char* positive_side(const Track& track) {
-    const int sign = track.settings.pull_sign.value_or(int(track.window.release.sign));
+    const int sign = track.settings.pull_sign.value_or(track.window.sign());
     if (is_sideways(track.survey.view.up))
         return sign > 0 ? "bottom" : "top";
     return sign > 0 ? "right" : "left";
@@ -103,6 +111,7 @@ nlohmann::ordered_json to_json(const Track& track) {
     json["stem"] = track.measurement.stem.id;
     json["source"] = track.settings.frames;
     json["fps"] = track.frames_per_second;
+    json["fps_source"] = track.rate_source;
     json["mm_per_px"] = scale_mm;
     json["frame_size_px"] = {survey.frame_width, survey.frame_height};
     json["frames_tracked"] = track.rows.numbers.size();
@@ -113,10 +122,10 @@ nlohmann::ordered_json to_json(const Track& track) {
                                                    std::size_t(survey.trace.bottom_row - 1))},
                         {"threshold", track.settings.threshold ? "given" : "automatic"}};
     json["apparent_width_px"] = survey.apparent_width;
-    json["release"] = {{"last_held_frame", track.rows.numbers[window.release.last_held]},
-                       {"frame", window.release.number},
-                       {"held_frames", window.release.held_frames},
-                       {"pull_mm", window.release.pull * scale_mm},
+    json["release"] = {{"last_held_frame", track.rows.numbers[window.last_held]},
+                       {"frame", release_frame(track)},
+                       {"held_frames", window.held_frames},
+                       {"pull_mm", window.pull() * scale_mm},
                        {"pull_at_height_mm", track.measurement.heights[window.watched] * 1e3}};
     json["swing_hz"] = window.cycles_per_frame() * track.frames_per_second;
     json["modulus_of_bare_beam_pa"] = modulus_of_swing(track);
@@ -158,8 +167,8 @@ std::string summary_text(const Track& track) {
     text += fmt::format(
         "    release  frame {:.2f}, pulled to the {} by {:.2f} mm at {:g} mm, held for {} "
         "frames\n",
-        window.release.number, positive_side(track), window.release.pull * scale_mm,
-        measurement.heights[window.watched] * 1e3, window.release.held_frames);
+        release_frame(track), positive_side(track), window.pull() * scale_mm,
+        measurement.heights[window.watched] * 1e3, window.held_frames);
     text += fmt::format(
         "    swing    {:.2f} Hz, {:.1f} frames per cycle; as a plain beam, E = {:.3g} GPa\n",
         window.cycles_per_frame() * track.frames_per_second, 1.0 / window.cycles_per_frame(),

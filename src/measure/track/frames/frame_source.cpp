@@ -215,11 +215,16 @@ class VideoFile final : public FrameSource {
   private:
     /// If time stamps skip a frame time, frames were lost: the numbers get a gap.
     void find_missing_frames(const std::vector<double>& stamps) {
-        const double usual = core::median_interval(stamps);
-        if (stamps.size() < 5 || !(usual > 0.0))
+        if (stamps.size() < 5)
             return;
         int shift = 0;
         for (std::size_t i = 1; i < stamps.size(); ++i) {
+            // A camera that lengthens its frames from some time on loses none.
+            const std::size_t begin = i - std::min<std::size_t>(i, 10);
+            const double usual = core::median_interval(
+                std::span(stamps).subspan(begin, std::min<std::size_t>(21, stamps.size() - begin)));
+            if (!(usual > 0.0))
+                continue;
             // Containers round time stamps, often to a millisecond.
             const double step = stamps[i] - stamps[i - 1];
             const double skipped = std::round(step / usual) - 1.0;

@@ -53,6 +53,7 @@ Track traced(const FrameSource& source, std::span<const std::size_t> frames,
     track.survey = survey;
     for (const std::size_t index : frames)
         track.rows.numbers.push_back(source.numbers()[index]);
+    track.rows.times.assign(track.rows.numbers.begin(), track.rows.numbers.end());
     track_rows(track, source, frames, threads);
     return track;
 }
@@ -166,7 +167,7 @@ std::map<std::size_t, std::string> shown_positions(const Track& track, bool has_
         return shown;
     }
     const RingDownWindow& window = track.window;
-    const std::size_t last_held = window.release.last_held;
+    const std::size_t last_held = window.last_held;
     const std::vector<double> watched = track.heights.history(window.watched);
     const auto half_period =
         std::max<std::size_t>(2, std::size_t(0.5 / std::max(1e-6, window.cycles_per_frame())));
@@ -224,9 +225,9 @@ json stem_json(const Track& track, bool has_motion) {
              {"pull_px", nullptr},
              {"cycles_per_frame", nullptr}};
     if (has_motion) {
-        out["release_frame"] = track.heights.numbers[track.window.release.last_held];
+        out["release_frame"] = track.heights.numbers[track.window.last_held];
         out["pull_side"] = positive_side(track);
-        out["pull_px"] = rounded(track.window.release.pull);
+        out["pull_px"] = rounded(track.window.pull());
         out["cycles_per_frame"] = track.window.cycles_per_frame();
     }
     return out;
