@@ -22,23 +22,34 @@ def metres(table: dict, name: str) -> float | None:
     return 1e-3 * value if value is not None else table.get(f"{name}_m")
 
 
-def line_density_and_inertia(document: dict) -> tuple[float, float] | None:
-    """Mass per length, kg/m, and second moment, m⁴; None if the mapping does not give both."""
+def section_of(document: dict) -> tuple[float, float, float] | None:
+    """Area and second moment, m² and m⁴, and the area over which density_kg_m3 counts."""
     stem, section = document.get("stem", {}), document.get("section")
-    density = stem.get("density_kg_m3")
-    if density is None:
-        return None
     if section is None:
         diameter, wall = metres(stem, "diameter"), metres(stem, "wall")
         if diameter is None:
             return None
         inner = diameter - 2.0 * wall if wall else 0.0
         # A round stem is a chain of touching spheres of this density.
-        return math.pi * density * diameter ** 2 / 6.0, math.pi * (diameter ** 4 - inner ** 4) / 64.0
+        return (math.pi * (diameter ** 2 - inner ** 2) / 4.0,
+                math.pi * (diameter ** 4 - inner ** 4) / 64.0, math.pi * diameter ** 2 / 6.0)
     width, height = metres(section, "width"), metres(section, "height")
     if width is None or height is None:
         return None
-    return density * width * height, width * height ** 3 / 12.0
+    return width * height, width * height ** 3 / 12.0, width * height
+
+
+def line_density_and_inertia(document: dict) -> tuple[float, float] | None:
+    """Mass per length, kg/m, and second moment, m⁴; None if the mapping does not give both."""
+    stem, section = document.get("stem", {}), section_of(document)
+    length = metres(stem, "length")
+    if section is None or length is None:
+        return None
+    area, inertia, density_area = section
+    per_unit = {"density_kg_m3": density_area, "material_density_kg_m3": area,
+                "linear_density_kg_m": 1.0, "mass_mg": 1e-6 / length, "mass_kg": 1.0 / length}
+    return next(((stem[key] * factor, inertia) for key, factor in per_unit.items() if key in stem),
+                None)
 
 
 def frequency_of(measured: Measured) -> tuple[float, float]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import json
+import math
 import re
 from pathlib import Path
 
@@ -34,9 +35,77 @@ def survey_text(data: dict) -> str:
             lines.append(f"    release  after frame {stem['release_frame']}, pulled to the "
                          f"{stem['pull_side']} by {stem['pull_px']:.1f} pixels; "
                          f"{1.0 / stem['cycles_per_frame']:.1f} frames per swing")
+    lines += [f"    rate     {rate_text(data)}"]
+    lines += [f"    note: {remark}" for remark in data["remarks"]]
     if data["remark"]:
         lines.append(f"    note: {data['remark']}")
-    return "\n".join(lines) + "\n"
+    return "\n".join([*lines, *assumed_lines(data)]) + "\n"
+
+
+def rate_text(data: dict) -> str:
+    """The recording's rate and its source."""
+    stated, first = data["stated_fps"], data["proposed_fps"]
+    if data["rate_is_the_cameras"]:
+        return f"{stated:.6g} frames/s, of the camera's header"
+    if first:
+        return f"{first:.6g} frames/s at first, of the file's time stamps"
+    if stated:
+        return f"{stated:.6g} frames/s, as the file states: often that of playback, not the camera's"
+    return "not stated in the recording; fps is that of the camera"
+
+
+def assumed_lines(data: dict) -> list[str]:
+    """What is taken from the pictures, with the key of [video] that states it otherwise."""
+    found = []
+    if data["rate_is_the_cameras"]:
+        found.append((f"{data['stated_fps']:.6g} frames/s", "fps"))
+    if stem := data["detected"]:
+        clamp = "clamp_column" if is_sideways(stem["up"]) else "clamp_row"
+        place = stem["clamp"][0 if is_sideways(stem["up"]) else 1]
+        found += [(f"the tip is toward {stem['up']}", "up"),
+                  (f"the stem is clamped at {clamp.removeprefix('clamp_')} {place:.1f}", clamp),
+                  (f"the stem is {'brighter' if stem['stem'] == 'bright' else 'darker'} than its "
+                   "background", "stem")]
+        if data["bands"] > 1:
+            found.append((f"the {stem['channel']} channel shows it best", "best_channel"))
+        if stem["release_frame"] is not None:
+            found += [(f"deflections are positive toward the {stem['pull_side']}", "pull_side"),
+                      (f"it was let go after frame {stem['release_frame']}", "release_frame")]
+    return [f"    {'' if place else 'assumed:':8} {what}   ([video] {key})"
+            for place, (what, key) in enumerate(found)]
+
+
+MASS = re.compile(r"(?P<value>[-+.\deE]+)\s*(?P<unit>|mg|g/m|material)")
+MASS_KEYS = {"": "density_kg_m3", "mg": "mass_mg", "g/m": "linear_density_kg_m",
+             "material": "material_density_kg_m3"}
+
+
+def ask_mass(limits: dict, length: float, diameter: float) -> str:
+    """The line of [stem] that gives the stem its mass."""
+    def linear_density(answer: str) -> tuple[str, float, float]:
+        """Key, its value, and the mass per length, g/m, from millimetres."""
+        found = MASS.fullmatch(answer)
+        value, area = float(found["value"]), diameter ** 2
+        linear = {"": math.pi / 6.0 * area, "mg": 1e3 / length, "g/m": 1e3,
+                  "material": math.pi / 4.0 * area}[found["unit"]] * value * 1e-3
+        value = value * 1e-3 if found["unit"] == "g/m" else value
+        return MASS_KEYS[found["unit"]], value, linear
+
+    def fault_of(answer: str) -> str:
+        try:
+            linear = linear_density(answer)[2]
+        except (TypeError, ValueError):
+            return "must be a number, alone or with mg, g/m or material"
+        density = linear / (1e-3 * math.pi / 6.0 * diameter ** 2)
+        return "" if limits["from"] <= density <= limits["to"] else (
+            f"is {density:.3g} kg/m³ as touching spheres; {limits['from']:g} to {limits['to']:g} "
+            "is allowed")
+    answer = ask("density_kg_m3 of the chain of touching spheres; or the mass of the free length, "
+                 "as 81 mg, the linear density, as 1.02 g/m, or the density of the material of a "
+                 "solid stem, as 7850 material", "", fault_of)
+    key, value, linear = linear_density(answer)
+    print(f"  {linear:.3g} g/m, {linear * length:.3g} mg on {length:g} mm")
+    return f"{key} = {toml_number(value)}"
 
 
 def ask(question: str, fallback: str, fault_of) -> str:
@@ -91,13 +160,14 @@ def ask_for_settings(data: dict) -> str:
     name = ask("id of the stem", "stem" if fault_of_id(name) else name, fault_of_id)
     length = ask_number("length_mm from the clamp to the tip", limits["length_mm"])
     diameter = ask_number("diameter_mm", limits["diameter_mm"])
-    density = ask_number("density_kg_m3 of the chain of touching spheres", limits["density_kg_m3"])
+    mass = ask_mass(limits["density_kg_m3"], length, diameter)
     lines = [f"# written with `culm setup --text`, {data['program']}", "[video]",
              f"frames = {json.dumps(data['frames_key'], ensure_ascii=False)}"]
     if not data["rate_is_the_cameras"]:
         playback = data["stated_fps"]
         note = f" (not that of playback, {playback:.6g})" if playback else ""
-        lines.append(f"fps = {toml_number(ask_number('fps of the camera' + note, limits['fps']))}")
+        rate = ask_number("fps of the camera" + note, limits["fps"], data["proposed_fps"])
+        lines.append(f"fps = {toml_number(rate)}")
     scale = length / visible_length(stem) if stem and visible_length(stem) > 0.0 else None
     question = "mm_per_px" + (" (proposed: length over visible length)" if scale else "")
     lines.append(f"mm_per_px = {toml_number(ask_number(question, limits['mm_per_px'], scale))}")
@@ -111,4 +181,4 @@ def ask_for_settings(data: dict) -> str:
         lines.append(f'stem = "{stem["stem"]}"')
     return "\n".join([*lines, "", "[stem]", f'id = "{name}"', f"length_mm = {toml_number(length)}",
                       f"diameter_mm = {toml_number(diameter)}",
-                      f"density_kg_m3 = {toml_number(density)}", ""])
+                      mass, ""])

@@ -140,6 +140,7 @@
     checkHandles(found);
     checkLength(found);
     checkWidth(found);
+    tellMass(found);
     checkSwing(found);
     if (values.exposure_ms && values.fps && values.exposure_ms * values.fps > 1000)
       notes.push("The exposure is longer than the time from frame to frame: check exposure_ms and fps.");
@@ -194,11 +195,24 @@
     (isFar ? notes : facts).push(isFar ? text + " Check the scale and diameter_mm." : text);
   }
 
+  // Mass per length, kg/m, of a chain of spheres of the density.
+  function linearDensity(values) {
+    const shape = rules.mass_per_length_over_density_area || DEFAULT_SHAPE;
+    return shape * values.density_kg_m3 * Math.PI * (1e-3 * values.diameter_mm) ** 2 / 4;
+  }
+
+  function tellMass({values, facts}) {
+    if ([values.length_mm, values.diameter_mm, values.density_kg_m3].includes(null)) return;
+    const spheres = 1e3 * linearDensity(values);
+    facts.push(`The stem has ${short(spheres, 3)} g/m, ${short(spheres * values.length_mm, 3)} mg in all. If the density is `
+      + `that of a solid rod's material, it has ${short(1.5 * spheres, 3)} g/m: then write material_density_kg_m3 in `
+      + "video.toml (or mass_mg or linear_density_kg_m).");
+  }
+
   // Young's modulus (Pa) that a plain beam needs for this frequency (Hz).
   function modulusFor(frequency, values) {
     const length = 1e-3 * values.length_mm, diameter = 1e-3 * values.diameter_mm;
-    const shape = rules.mass_per_length_over_density_area || DEFAULT_SHAPE;
-    const mass = shape * values.density_kg_m3 * Math.PI * diameter ** 2 / 4;
+    const mass = linearDensity(values);
     const inertia = Math.PI * diameter ** 4 / 64;
     return (2 * Math.PI * frequency * length ** 2 / FIRST_ROOT ** 2) ** 2 * mass / inertia;
   }
@@ -386,6 +400,9 @@
       find("fps").readOnly = true;
       find("fps").value = stated === null ? "" : String(stated);
       find("fps-note").textContent = "The rate was read from the camera's header.";
+    } else if (setup.proposed_fps) {
+      find("fps").value = String(setup.proposed_fps);
+      find("fps-note").textContent = setup.remarks.join("; ");
     } else if (stated !== null) {
       find("fps-note").textContent = `The file states ${short(stated)} frames/s. This is usually the rate of `
         + "playback; enter the rate of the camera.";

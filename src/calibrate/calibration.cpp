@@ -66,6 +66,33 @@ reduce::RingDownAnalysisOptions check_options(const measure::Measurement& measur
     return check;
 }
 
+/// A fit may end in a valley whose first mode is not the swing, or want to shift the swing by more
+/// than the release is uncertain: all later numbers are then wrong.
+void require_swing(const measure::Measurement& measurement, const fit::RecordingFit& fit,
+                   const CalibrationOptions& options) {
+    if (const fit::FittedParameter* release = fit.find(physics::release_time);
+        release != nullptr && release->is_at_bound)
+        throw core::NumericalError(
+            core::FailureKind::FitFailed,
+            fmt::format("{}: release_time is at its bound, {:.4g} ms: time 0 is not the release "
+                        "(state its uncertainty, [release] time_uncertainty_ms, or let the fit "
+                        "begin later with kind = \"moving\" and start_s), or the model lacks an "
+                        "effect (culm diagnose)",
+                        measurement.stem.id, 1e3 * release->value));
+    constexpr double largest_ratio = 1.25; // Eq. 1 of a swing with an effect is right within that
+    const double swing =
+        run::natural_frequency(fit::baseline_model(measurement, options.fit.chain).spec);
+    const double mode = run::natural_frequency(fit::case_beside_errors(fit.model));
+    if (mode < largest_ratio * swing && swing < largest_ratio * mode)
+        return;
+    throw core::NumericalError(
+        core::FailureKind::FitFailed,
+        fmt::format("{}: the first mode of the fitted chain has {:.4g} Hz, but the stem swings at "
+                    "{:.4g} Hz (Eq. 1): time 0 is not the release, or the deflections do not count "
+                    "from the rest position (culm import finds both)",
+                    measurement.stem.id, mode, swing));
+}
+
 /// The last model of fit_nested().
 diagnose::ModelFit fitted(const measure::Measurement& measurement,
                           const CalibrationOptions& options) {
@@ -86,6 +113,7 @@ diagnose::ModelFit fitted(const measure::Measurement& measurement,
     if (!reason.empty())
         throw core::NumericalError(core::FailureKind::FitFailed,
                                    fmt::format("{}: {}", measurement.stem.id, reason));
+    require_swing(measurement, model.stated.parts.front(), options);
     return std::move(model);
 }
 
@@ -123,6 +151,7 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
                            const CalibrationOptions& options) {
     Calibration result;
     result.id = measurement.stem.id;
+    result.stem = measurement.stem;
     diagnose::ModelFit model = fitted(measurement, options);
     result.fit = std::move(model.stated.parts.front());
     result.judged = std::move(model.judged.parts.front());

@@ -58,6 +58,7 @@ struct CalibrationOptions {
 
 struct Calibration {
     std::string id;
+    measure::MeasuredStem stem;
     fit::RecordingFit fit;         ///< with every input as stated
     fit::RecordingFit judged;      ///< with the error terms of the readings
     fit::UncertaintyBudget budget; ///< of the fit's parameters, in their order

@@ -77,12 +77,19 @@ std::string StepDisplay::elapsed() const {
 
 void StepDisplay::begin(const std::string& step) {
     step_ = step;
+    last_line_ = std::chrono::steady_clock::now();
     if (is_quiet_)
         return;
     if (is_terminal_)
         rewrite(fmt::format("{}  {}", elapsed(), step_));
     else
         fmt::print(stderr, "{}  {}\n", elapsed(), step_);
+}
+
+void StepDisplay::keep_alive() {
+    if (!step_.empty() &&
+        std::chrono::steady_clock::now() - last_line_ > std::chrono::seconds(is_terminal_ ? 1 : 60))
+        begin(step_);
 }
 
 void StepDisplay::show(const farm::Progress& progress) {

@@ -56,11 +56,14 @@ class StepDisplay : public RewrittenLine {
 
     void begin(const std::string& step);
     void show(const farm::Progress& progress);
+    /// Shows the time within a long step: each second on a terminal, elsewhere each minute.
+    void keep_alive();
 
   private:
     [[nodiscard]] std::string elapsed() const;
 
     std::string step_;
+    std::chrono::steady_clock::time_point last_line_ = std::chrono::steady_clock::now();
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
 };
 

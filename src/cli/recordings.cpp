@@ -18,6 +18,16 @@ namespace {
 /// Simulations of a stem of lab-rig, from the times with 3 and with 21 candidates.
 constexpr double simulations_for_fits = 1300.0;
 constexpr double simulations_for_candidate = 55.0;
+// Of a rod with 2050 readings and a strip with 250 000.
+constexpr double simulations_for_calibration = 1000.0;
+constexpr double seconds_per_time = 2e-4;
+constexpr double seconds_per_reading = 5e-5;
+
+double simulation_seconds(const measure::Measurement& recording, const fit::ChainOptions& chain) {
+    run::CaseSpec spec = fit::chain_of(recording, chain).spec;
+    spec.duration = recording.times.back();
+    return study::estimated_seconds(spec);
+}
 
 } // namespace
 
@@ -47,7 +57,7 @@ void add_chain_options(CLI::App& command, RecordingArguments& arguments) {
 }
 
 std::string next_step(const RecordingArguments& arguments, const std::string& command) {
-    return arguments.is_quiet ? std::string() : next_step(command);
+    return arguments.is_quiet || command.empty() ? std::string() : next_step(command);
 }
 
 fit::ChainOptions chain_options(const RecordingArguments& arguments) {
@@ -79,6 +89,12 @@ void write_results(const RecordingArguments& arguments,
     present::write_json((std::filesystem::path(arguments.output) / file).string(), document);
 }
 
+double expected_seconds(const measure::Measurement& recording, const fit::ChainOptions& chain) {
+    return simulations_for_calibration * simulation_seconds(recording, chain) +
+           seconds_per_time * double(recording.times.size()) +
+           seconds_per_reading * double(recording.deflections.size());
+}
+
 std::vector<double> expected_seconds(std::span<const diagnose::Specimen> specimens,
                                      const fit::ChainOptions& chain, std::size_t candidates) {
     const double simulations =
@@ -86,11 +102,8 @@ std::vector<double> expected_seconds(std::span<const diagnose::Specimen> specime
     std::vector<double> seconds;
     for (const diagnose::Specimen& specimen : specimens) {
         double& sum = seconds.emplace_back(0.0);
-        for (const measure::Measurement& recording : specimen.recordings) {
-            run::CaseSpec spec = fit::chain_of(recording, chain).spec;
-            spec.duration = recording.times.back();
-            sum += simulations * study::estimated_seconds(spec);
-        }
+        for (const measure::Measurement& recording : specimen.recordings)
+            sum += simulations * simulation_seconds(recording, chain);
     }
     return seconds;
 }

@@ -126,6 +126,11 @@ std::string calibration_sentence(const calibrate::Calibration& calibration) {
                        adequacy_text(calibration.verdict));
 }
 
+std::string stem_line_of(const calibrate::Calibration& calibration) {
+    return measure::stem_line(calibration.stem,
+                              parameter_of(calibration, physics::bond_youngs_modulus).value);
+}
+
 json fit_quality_json(const calibrate::Calibration& calibration) {
     const fit::RecordingFit& fit = calibration.fit;
     return {{"rmse_mm", 1e3 * fit.rmse},
@@ -205,7 +210,9 @@ std::string warning_lines(const std::string& indent, const std::string& sentence
 
 std::string verdict_lines(const calibrate::Calibration& calibration, const TextStyle& style) {
     const std::string verdict = adequacy_text(calibration.verdict);
-    const std::string said = contradiction_sentence(calibration.judged.parameters);
+    const std::string said =
+        contradiction_sentence(calibration.judged.parameters,
+                               calibration.verdict.finding != diagnose::Finding::Inadequate);
     return (calibration.verdict.finding == diagnose::Finding::Adequate
                 ? "  " + style.good(verdict) + '\n'
                 : warning_lines("  ", verdict, style)) +
@@ -268,6 +275,7 @@ Uncertain read_frequency(const calibrate::StudyCalibration& found) {
 json calibration_json(const calibrate::Calibration& calibration, const std::string& law) {
     json out{{"measurement", calibration.id},
              {"sentence", calibration_sentence(calibration)},
+             {"stem", stem_line_of(calibration)},
              {"parameters", stem_parameters_json(calibration)},
              {"uncertainty_budget", budget_json(calibration.budget, calibration.fit.parameters)},
              {"correlation", correlation_json(calibration.fit)},
@@ -289,6 +297,7 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
                     calibration.id, fit.model.spec.stem.sphere_count, law, fit.readings,
                     far_off.empty() ? far_off : warning_lines("  ", far_off, style),
                     parameter_lines(calibration));
+    text += result_lines("  ", "stem: " + stem_line_of(calibration));
     text += fmt::format("  first mode: b2 {} Hz, b1 per cycle {}, damping ratio {:.5f}\n",
                         plus_minus(frequency_of(calibration)), plus_minus(decay_of(calibration)),
                         calibration.mode.damping_ratio());

@@ -379,7 +379,9 @@ std::string comparison_text(const diagnose::Ladder& ladder, const measure::Measu
             text += "baseline:\n";
         if (is_shown)
             text += model_parameters(model.stated);
-        if (const std::string said = contradiction_sentence(model.fit.parameters);
+        if (const std::string said = contradiction_sentence(
+                model.fit.parameters, !model.comparison || model.comparison->verdict.finding !=
+                                                               diagnose::Finding::Inadequate);
             is_shown && !said.empty())
             text += result_lines("    ", said);
     }

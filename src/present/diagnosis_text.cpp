@@ -191,7 +191,9 @@ std::vector<std::string> explanations(const DiagnosisReport& report) {
         sentences.push_back(
             fmt::format("The search ended after {} models; likelier ones may exist.",
                         found.posterior.models.size()));
-    if (std::string said = contradiction_sentence(found.final_fit.parameters); !said.empty())
+    if (std::string said = contradiction_sentence(found.final_fit.parameters,
+                                                  found.conclusion != Conclusion::Unknown);
+        !said.empty())
         sentences.push_back(std::move(said));
     return sentences;
 }

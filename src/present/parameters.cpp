@@ -97,15 +97,21 @@ std::string model_name(const std::vector<std::string>& names) {
     return fmt::format("{}", fmt::join(names, " + "));
 }
 
-std::string contradiction_sentence(std::span<const fit::FittedParameter> parameters) {
+std::string contradiction_sentence(std::span<const fit::FittedParameter> parameters,
+                                   bool describes_readings) {
     std::vector<std::string> pulls;
     for (const fit::FittedParameter& parameter : parameters)
         if (is_contradicted(parameter))
             pulls.push_back(fmt::format("{} {:+.1f}", to_string(parameter.id), parameter.value));
-    return pulls.empty() ? std::string()
-                         : fmt::format("Contradicted inputs, in standard uncertainties: {}. Either "
-                                       "they are wrong, or the model lacks an effect.",
-                                       fmt::join(pulls, ", "));
+    if (pulls.empty())
+        return {};
+    if (!describes_readings)
+        return fmt::format("The model is wrong: it moves {} by more than {:g} standard "
+                           "uncertainties and still does not describe the readings.",
+                           counted(pulls.size(), "stated input"), fit::contradiction);
+    return fmt::format("Contradicted inputs, in standard uncertainties: {}. Either they are wrong, "
+                       "or the model lacks an effect.",
+                       fmt::join(pulls, ", "));
 }
 
 json contradictions_json(std::span<const fit::FittedParameter> parameters) {

@@ -51,9 +51,11 @@ struct ReadableParameter {
 /// "1.90173 ± 0.00065 GPa": value and half of its 95 % interval.
 [[nodiscard]] std::string value_text(const fit::FittedParameter& parameter);
 
-/// Names the stated inputs and constrained error terms whose pull exceeds fit::contradiction; empty
-/// if there are none.
-[[nodiscard]] std::string contradiction_sentence(std::span<const fit::FittedParameter> parameters);
+/// Names the stated inputs and constrained error terms whose pull exceeds fit::contradiction, or
+/// counts them if the model does not describe the readings: then it is wrong, not they. Empty if
+/// there are none.
+[[nodiscard]] std::string contradiction_sentence(std::span<const fit::FittedParameter> parameters,
+                                                 bool describes_readings);
 
 /// The same as [{"name", "pull"}].
 [[nodiscard]] nlohmann::json contradictions_json(std::span<const fit::FittedParameter> parameters);

@@ -10,6 +10,20 @@
 #include <vector>
 
 namespace culm::run {
+
+measure::MeasuredStem described_stem(const CaseSpec& spec) {
+    const physics::StemParameters<double>& stem = spec.stem;
+    measure::MeasuredStem described;
+    described.length = stem.free_length();
+    const double wall = 0.5 * (stem.bond_outer_diameter - stem.bond_inner_diameter);
+    described.section = measure::CircularSection{
+        stem.bond_outer_diameter,
+        stem.bond_inner_diameter > 0.0 ? std::optional(wall) : std::nullopt};
+    described.is_density_of_spheres = false;
+    described.density = 1.0;
+    described.density = stem.sphere_mass() / stem.bond_length / measure::mass_per_length(described);
+    return described;
+}
 namespace {
 
 using physics::ChainModel;

@@ -86,6 +86,10 @@ struct CaseResult {
     double wall_seconds = 0.0;             ///< of the case; of its share when lanes ran together
 };
 
+/// The stem of a case in the terms of its owner, for measure::stem_line(): the length is that from
+/// the clamp to the tip's centre.
+[[nodiscard]] measure::MeasuredStem described_stem(const CaseSpec& spec);
+
 struct CaseFailure {
     core::FailureKind kind = core::FailureKind::NotANumber;
     std::string reason; ///< one sentence, with the time and the value at which it failed

@@ -92,6 +92,7 @@ class Setup(CulmTest):
         self.assertEqual(found["release_frame"], truth.HELD - 1)
         self.assertAlmostEqual(found["cycles_per_frame"], truth.FREQUENCY / truth.FPS, delta=5e-4)
         self.assertEqual(data["frames_key"], "frames/frame_%04d.pgm")
+        self.assertEqual((data["stated_fps"], data["proposed_fps"]), (None, None))
         self.assertEqual((data["frame_count"], data["bands"]), (truth.FRAMES, 1))
         numbers = [frame["number"] for frame in data["frames"]]
         self.assertEqual(numbers, sorted(set(numbers)))
@@ -103,6 +104,9 @@ class Setup(CulmTest):
         finished = self.dialogue("S07", length_mm="-1\n160", up="decreasing_colum\n")
         self.assert_exit(finished, DONE)
         self.assertIn("must be a number in [1, 100000]", finished.stdout)
+        self.assertIn("rate     not stated in the recording", finished.stdout)
+        self.assertRegex(finished.stdout, r"assumed: the tip is toward decreasing_column .*up")
+        self.assertIn("0.513 g/m, 82.1 mg on 160 mm", finished.stdout)
         self.assertIn("(did you mean decreasing_column?)", finished.stdout)
         written = tomllib.loads((self.folder / "S07/video.toml").read_text("utf-8"))
         self.assertEqual(written["stem"], {"id": "S07", "length_mm": 160.0, "diameter_mm": 2.8,
@@ -113,6 +117,15 @@ class Setup(CulmTest):
         fit = self.culm("fit", "S07/measurement", "--phase", "free", "--json", "-")
         frequency = json.loads(fit.stdout)["stems"][0]["b2_hz"]["value"]
         self.assertAlmostEqual(frequency / truth.FREQUENCY, 1.0, delta=2e-3)
+
+    def test_takes_the_mass_as_a_person_knows_it(self):
+        for answer, line in (("82.1 mg", "mass_mg = 82.1"), ("0.513 g/m", "linear_density_kg_m"),
+                             ("83.3 material", "material_density_kg_m3 = 83.3")):
+            folder = line.split("_", maxsplit=1)[0]
+            finished = self.dialogue(folder, density_kg_m3=f"1 t\n{answer}")
+            self.assert_exit(finished, DONE)
+            self.assertIn("must be a number, alone or with mg, g/m or material", finished.stdout)
+            self.assertIn(line, (self.folder / folder / "video.toml").read_text("utf-8"))
 
     def test_leads_to_no_folder_if_the_scale_is_wrong(self):
         self.assert_exit(self.dialogue("S07", mm_per_px="0.6"), DONE)

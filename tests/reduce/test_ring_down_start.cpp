@@ -72,7 +72,8 @@ TEST(RingDownStart, StartsAreDistinctAndFewAndWithinTheAllowedDecay) {
 }
 
 TEST(RingDownStart, TheMedianIntervalIgnoresGaps) {
-    EXPECT_DOUBLE_EQ(core::median_interval({0.0, 1.0, 2.0, 9.0, 10.0, 11.0}), 1.0);
+    EXPECT_DOUBLE_EQ(core::median_interval(std::vector<double>{0.0, 1.0, 2.0, 9.0, 10.0, 11.0}),
+                     1.0);
 }
 
 } // namespace

@@ -60,7 +60,7 @@ const std::vector<double> three_dampings{50, 100, 150};
 TEST(Summary, HasTheDocumentedKeys) {
     const json summary = to_json(summary_of(three_moduli, three_dampings));
     EXPECT_EQ(keys_of(summary),
-              (std::set<std::string>{"points", "completed", "failed", "ranks", "wall_s",
+              (std::set<std::string>{"points", "stem", "completed", "failed", "ranks", "wall_s",
                                      "integrator", "fit", "regression"}));
     EXPECT_EQ(summary["points"], 9);
     EXPECT_EQ(summary["completed"], 9);

@@ -14,12 +14,14 @@
 #include "present/files.hpp"
 #include "present/laboratory.hpp"
 #include "present/motion_files.hpp"
+#include "present/text.hpp"
 #include "study/config/study_effects.hpp"
 #include "study/execute/study_folder.hpp"
 #include "study/summary/summary.hpp"
 
 #include <algorithm>
 #include <filesystem>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -117,8 +119,10 @@ void fields(Wire& wire, StemAnswer& answer) {
 }
 
 /// A stem that could not be calibrated: its member of the document and its texts in the answer.
-json refused(const std::string& id, const std::string& reason, const present::TextStyle& style,
+json refused(const std::string& id, std::string reason, const present::TextStyle& style,
              StemAnswer& answer) {
+    if (reason.starts_with(id + ": "))
+        reason.erase(0, id.size() + 2);
     answer.text = fmt::format("{}: {}: {}\n", id, style.failure("FAILED"), reason);
     answer.line = fmt::format("{:<14} {}: {}\n", id, style.failure("failed"), reason);
     return {{"measurement", id}, {"failure", reason}};
@@ -257,16 +261,18 @@ std::string same_model(const std::string& command, const std::vector<std::string
            chain_words(arguments);
 }
 
-/// The suggested next command: export what is adequate, else show for the first inadequate
-/// recording where the model fails or which effect is missing.
+/// The suggested next command, empty after a failure: export what is adequate, else show for the
+/// first inadequate recording where the model fails or which effect is missing.
 std::string next_command(const CalibrateArguments& arguments, const CalibrationPlan& plan,
                          const std::vector<StemAnswer>& answers) {
     const auto failed = std::ranges::find_if_not(answers, [](const StemAnswer& answer) {
         return answer.numbers && answer.numbers->is_adequate;
     });
+    if (failed != answers.end() && !failed->numbers)
+        return {}; // nothing follows from a failure
     if (failed != answers.end()) {
         const auto place = static_cast<std::size_t>(failed - answers.begin());
-        return same_model(arguments.effects.empty() && failed->numbers ? "diagnose" : "compare",
+        return same_model(arguments.effects.empty() ? "diagnose" : "compare",
                           {plan.read.folders[place].string()}, arguments);
     }
     const std::string code = arguments.law == "consistent" ? "lammps" : "liggghts";
@@ -293,6 +299,20 @@ core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan
     return all_calibrated ? core::ExitCode::Done : core::ExitCode::PointsFailed;
 }
 
+/// States the expected time if it is above ten seconds.
+void announce_cost(const std::vector<double>& seconds, int ranks, StepDisplay& step) {
+    const double sum = std::accumulate(seconds.begin(), seconds.end(), 0.0);
+    if (sum / ranks < 10.0)
+        return;
+    const std::string cost =
+        fmt::format("{} in all: about {} of processor time on the reference machine",
+                    present::counted(seconds.size(), "stem"), present::estimate_text(sum));
+    if (seconds.size() == 1)
+        step.begin("calibrating " + cost);
+    else
+        fmt::print(stderr, "{}, shared by {}\n", cost, present::counted(ranks, "rank"));
+}
+
 core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
                                       const farm::Communicator* communicator) {
     CalibrationPlan plan = plan_of(arguments);
@@ -313,7 +333,10 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
     }
     std::vector<double> costs;
     for (const measure::Measurement& measurement : plan.read.measurements)
-        costs.push_back(std::max(measurement.times.back(), 1e-3));
+        costs.push_back(expected_seconds(measurement, plan.options.fit.chain));
+    StepDisplay step(is_quiet || costs.size() > 1);
+    if (!is_quiet)
+        announce_cost(costs, rank_count(communicator), step);
     ProgressDisplay display(is_quiet || costs.size() < 2, "stems");
     const farm::ItemOptions options{
         .progress = [&display](const farm::Progress& progress) { display.show(progress); }};
@@ -322,10 +345,14 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
             .outcomes(
                 costs,
                 [&](std::size_t index, const run::Heartbeat& heartbeat) {
-                    return answer_of(plan, index, arguments, heartbeat);
+                    return answer_of(plan, index, arguments, [&] {
+                        step.keep_alive();
+                        return !heartbeat || heartbeat();
+                    });
                 },
                 [](const StemAnswer& answer) { return !answer.numbers; });
     display.finish();
+    step.finish();
     const json facts = provenance.document();
     const std::vector<StemAnswer> answers = all_answers(plan, std::move(outcomes));
     return farm::on_root(communicator, [&] { return report(arguments, plan, answers, facts); });

@@ -46,12 +46,14 @@ std::string plan_text(const study::Study& study, const std::vector<std::int64_t>
     const bool fills_lanes = study.config.kind == study::StudyKind::Vibration && lanes > 1;
     std::string text = fmt::format(
         "study          {}\n"
+        "stem           {} (point 0)\n"
         "points         {} in {} batch{}{}\n"
         "integrator     {}\n"
         "estimated cost {:.3g} core seconds, {:.3g} s on {}\n"
         "memory         {} per rank\n"
         "archive        {} before compression\n",
-        study.config.name, plan.points, plan.batches, plan.batches == 1 ? "" : "es",
+        study.config.name, study::first_stem(study), plan.points, plan.batches,
+        plan.batches == 1 ? "" : "es",
         fills_lanes ? fmt::format(", up to {} SIMD lanes each", lanes) : "",
         study::integrator_text(study.config), plan.core_seconds, plan.core_seconds / ranks,
         present::counted(ranks, "rank"), present::bytes_text(plan.memory_bytes_per_rank),
@@ -125,9 +127,9 @@ core::ExitCode hand_out(const study::StudyFolder& folder, const Summary& summary
     const present::TextStyle style = style_of(stdout);
     const std::string completed =
         fmt::format("{} of {} points completed", summary.points - failed, summary.points);
-    fmt::print("{}\n{}, computed in {:.2f} s on {}\narchive {}\nsummary {}\n", table,
-               failed == 0 ? style.good(completed) : style.failure(completed), summary.wall_s,
-               present::counted(summary.ranks, "rank"), folder.archive().string(),
+    fmt::print("stem: {} (point 0)\n{}\n{}, computed in {:.2f} s on {}\narchive {}\nsummary {}\n",
+               summary.stem, table, failed == 0 ? style.good(completed) : style.failure(completed),
+               summary.wall_s, present::counted(summary.ranks, "rank"), folder.archive().string(),
                folder.summary().string());
     return failed == 0 ? core::ExitCode::Done : core::ExitCode::PointsFailed;
 }

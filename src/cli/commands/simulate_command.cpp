@@ -94,11 +94,12 @@ nlohmann::json to_json(const Candidate& candidate, const reduce::RingDownFit& fi
     return json;
 }
 
-/// `law` is the name of that of the bonds' damping.
+/// `law` is the name of that of the bonds' damping, `stem` measure::stem_line().
 void print(const Candidate& candidate, const reduce::RingDownFit& fit, const std::string& law,
-           const SimulateArguments& arguments) {
+           const std::string& stem, const SimulateArguments& arguments) {
     fmt::print("{}: Y = {:.4f} GPa, beta = {:.3f} (law {})\n", candidate.name,
                candidate.youngs_modulus * 1e-9, candidate.bond_damping, law);
+    fmt::print("    stem: {}\n", stem);
     const auto line = [](const char* name, double value, const char* unit,
                          const std::optional<double>& wanted) {
         fmt::print("    {:<22} {:>10.5g} {}", name, value, unit);
@@ -144,7 +145,9 @@ void simulate(const SimulateArguments& arguments) {
     for (const Candidate& candidate : candidates) {
         const reduce::RingDownFit fit = simulate_candidate(config, candidate);
         if (arguments.json != "-")
-            print(candidate, fit, physics::law_name(config.base.law), arguments);
+            print(candidate, fit, physics::law_name(config.base.law),
+                  measure::stem_line(run::described_stem(config.base), candidate.youngs_modulus),
+                  arguments);
         json.push_back(to_json(candidate, fit, arguments));
     }
     if (!arguments.json.empty())

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/solve/solution.hpp"
 
+#include "core/error.hpp"
 #include "fit/solve/residuals.hpp"
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 
 #include <Eigen/Core>
 #include <ceres/ceres.h>
+#include <fmt/core.h>
 
 namespace culm::fit {
 
@@ -253,6 +255,12 @@ JointSolution solve(const JointProblem& problem, const std::vector<StemModel>& m
         parts.emplace_back(models[m], measurements[m], noise[m], last_times[m], options.heartbeat);
         readings += parts.back().places().size();
     }
+    if (readings == 0)
+        throw core::NumericalError(
+            core::FailureKind::FitFailed,
+            fmt::format("no reading lies within the first {:.3g} s after time 0, where the fit "
+                        "begins: time 0 is not the release",
+                        std::ranges::max(last_times)));
     JointResiduals residuals(models, layout, std::move(parts));
     ceres::Problem::Options ownership;
     ownership.evaluation_callback = &residuals;

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/folder/measurement.hpp"
 
+#include "core/order_statistics.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -82,6 +84,62 @@ double mass_per_length(const MeasuredStem& stem) {
         // One sphere, π d³/6, per length d.
         return stem.density * std::numbers::pi / 6.0 * circle->diameter * circle->diameter;
     return stem.density * section_area(stem.section);
+}
+
+double beam_frequency(const MeasuredStem& stem, double youngs_modulus) {
+    constexpr double root = 1.8751040687119611; // of cos x cosh x = −1
+    return root * root / (2.0 * std::numbers::pi * stem.length * stem.length) *
+           std::sqrt(youngs_modulus * second_moment_of_area(stem.section) / mass_per_length(stem));
+}
+
+std::string stem_line(const MeasuredStem& stem, double youngs_modulus) {
+    std::string section;
+    std::string otherwise;
+    if (const auto* circle = std::get_if<CircularSection>(&stem.section)) {
+        section = fmt::format("{:.4g} mm", 1e3 * circle->diameter);
+        if (circle->wall)
+            section += fmt::format(" (wall {:.4g} mm)", 1e3 * *circle->wall);
+        if (stem.is_density_of_spheres)
+            otherwise = fmt::format("; {:.3g} g/m if density_kg_m3 is that of the material",
+                                    1e3 * stem.density * section_area(stem.section));
+    } else if (const auto* rectangle = std::get_if<RectangularSection>(&stem.section)) {
+        section =
+            fmt::format("{:.4g} x {:.4g} mm", 1e3 * rectangle->width, 1e3 * rectangle->height);
+    } else {
+        section = fmt::format("{:.4g} mm²", 1e6 * section_area(stem.section));
+    }
+    const double mass = stem.length * mass_per_length(stem);
+    return fmt::format(
+        "{:.4g} mm, {}, {} ({:.3g} g/m{}), EI {:.3g} N m² at Y = {:.4g} GPa, beam theory b2 = "
+        "{:.4g} Hz",
+        1e3 * stem.length, section,
+        mass < 1e-3 ? fmt::format("{:.3g} mg", 1e6 * mass) : fmt::format("{:.4g} g", 1e3 * mass),
+        1e3 * mass_per_length(stem), otherwise,
+        youngs_modulus * second_moment_of_area(stem.section), 1e-9 * youngs_modulus,
+        beam_frequency(stem, youngs_modulus));
+}
+
+std::string doubt_of_zero(const Measurement& measurement, double least) {
+    const std::size_t row = measurement.heights.size() - 1;
+    if (measurement.release == ReleaseKind::HeldStraight ||
+        measurement.gravity_direction == GravityDirection::Transverse ||
+        !is_of_camera(measurement.sensors, row))
+        return {};
+    std::vector<double> all = measurement.history(row);
+    std::vector<double> late(all.begin() + std::ptrdiff_t(all.size() / 2), all.end());
+    for (std::vector<double>* values : {&all, &late})
+        std::erase_if(*values, [](double value) { return std::isnan(value); });
+    if (late.size() < 12)
+        return {};
+    const double middle = 0.5 * (core::quantile(late, 0.02) + core::quantile(late, 0.98));
+    const auto [low, high] = std::ranges::minmax(all);
+    if (std::abs(middle) <= least * (high - low))
+        return {};
+    return fmt::format(
+        "the stem swings about {:.3g} mm at h = {:g} mm, not about 0. Deflections count from the "
+        "undeformed stem, so no model will fit: subtract the rest position from each column (culm "
+        "import does it with [motion] zero = \"at_rest\")",
+        1e3 * middle, 1e3 * measurement.heights[row]);
 }
 
 std::vector<double> Measurement::history(std::size_t height) const {

@@ -51,6 +51,7 @@ struct MeasuredStem {
     double length = 0.0; ///< free length from the clamp to the tip, m
     Section section = CircularSection{};
     double density = 0.0;                 ///< kg/m³; see mass_per_length
+    bool is_density_of_spheres = true;    ///< stated as such; false: another key gave the mass
     std::optional<double> poissons_ratio; ///< empty: unknown, the model's default is used
     std::optional<int> spheres;           ///< wanted in the chain; empty: free to choose
     std::vector<AddedMass> added_masses;  ///< by height
@@ -60,6 +61,13 @@ struct MeasuredStem {
 /// diameter d per length d, solid whatever the wall: the paper's density is the mass over the
 /// volume of a chain, Table 1); other sections weigh ρ A.
 [[nodiscard]] double mass_per_length(const MeasuredStem& stem);
+
+/// First frequency of the stem as a plain Euler–Bernoulli cantilever, 1.8751²/(2π L²) √(Y I/μ), Hz.
+[[nodiscard]] double beam_frequency(const MeasuredStem& stem, double youngs_modulus);
+
+/// What everybody can check: "80 mm, 1.2 mm, 81 mg (1.02 g/m), EI 2.04e-3 N m² at Y = 20 GPa, beam
+/// theory b2 = 123.6 Hz".
+[[nodiscard]] std::string stem_line(const MeasuredStem& stem, double youngs_modulus);
 
 /// How the motion began.
 enum class ReleaseKind {
@@ -181,7 +189,8 @@ struct Measurement {
     std::optional<double> exposure; ///< of a frame, s
     /// Of a rolling shutter: time between two rows, s; negative if it reads from tip to clamp.
     std::optional<double> row_time;
-    std::optional<double> row_height; ///< of an image row on the stem, m
+    std::optional<double> row_height;     ///< of an image row on the stem, m
+    std::optional<int> readings_per_mean; ///< of average_readings(); empty: chosen
     std::string noise_source; ///< where the noise comes from, for example "40 frames at rest"
 
     std::vector<double> times;   ///< s, strictly ascending; 0 is the release, or the start of one
@@ -222,5 +231,10 @@ struct Measurement {
 [[nodiscard]] std::string_view to_string(ReleaseKind kind);
 [[nodiscard]] std::string_view to_string(GravityDirection direction);
 [[nodiscard]] std::string_view to_string(Reading reading);
+
+/// A sentence, with the remedy, if the middle of the highest camera reading's swing is further from
+/// 0 than a share of its range; otherwise empty. Readings that count from the held position have a
+/// share of half or more.
+[[nodiscard]] std::string doubt_of_zero(const Measurement& measurement, double least);
 
 } // namespace culm::measure

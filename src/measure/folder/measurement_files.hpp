@@ -31,13 +31,19 @@ void check_is_on_stem(const core::TomlTable& table, double height, const Measure
 /// heights and deflections. Throws core::InputError with every fault.
 [[nodiscard]] Measurement read_stem_file(const std::filesystem::path& file);
 
-/// The text of stem.toml; reading it gives the same numbers bit for bit.
+/// The text of stem.toml; reading it gives the same numbers bit for bit, a mass that another key
+/// than the density gave to twelve digits.
 [[nodiscard]] std::string stem_file_text(const Measurement& measurement);
 
 /// Reads deflection.csv (format: docs/measurements.md) into times, heights and deflections of a
 /// measurement whose stem is known. Columns are sorted by height; noise_by_height, which is in the
 /// order of the columns, is sorted with them. Throws core::InputError with every fault.
 void read_deflection_file(const std::filesystem::path& file, Measurement& measurement);
+
+/// Replaces the readings of a long record by means of consecutive ones if they are more than 60 per
+/// cycle of the second mode, or as the file says, and their noise by that of the means; adds a
+/// remark that begins with `name`.
+void average_readings(const std::string& name, Measurement& measurement);
 
 /// The text of deflection.csv: mm and s, the shortest decimals that read back bit for bit.
 [[nodiscard]] std::string deflection_file_text(const Measurement& measurement);

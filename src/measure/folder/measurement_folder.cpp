@@ -125,31 +125,6 @@ void remove_offsets(const fs::path& folder, Measurement& measurement) {
     }
 }
 
-/// Notes a swing whose middle is far from 0: the zero is then not that of the undeformed stem.
-void note_offset(const fs::path& folder, Measurement& measurement) {
-    if (measurement.release == ReleaseKind::HeldStraight ||
-        measurement.gravity_direction == GravityDirection::Transverse ||
-        !is_of_camera(measurement.sensors, measurement.heights.size() - 1))
-        return;
-    const std::size_t row = measurement.heights.size() - 1;
-    std::vector<double> all = measurement.history(row);
-    std::vector<double> late(all.begin() + std::ptrdiff_t(all.size() / 2), all.end());
-    for (std::vector<double>* values : {&all, &late})
-        std::erase_if(*values, [](double value) { return std::isnan(value); });
-    if (late.size() < 12)
-        return;
-    const double middle = 0.5 * (core::quantile(late, 0.02) + core::quantile(late, 0.98));
-    const auto [low, high] = std::ranges::minmax(all);
-    if (std::abs(middle) > 0.25 * (high - low))
-        measurement.remarks.push_back(
-            fmt::format("{}: the stem swings about {:.3g} mm at h = {:g} mm, not about 0. "
-                        "Deflections count from "
-                        "the undeformed stem, so no model will fit: subtract the rest position "
-                        "from each column "
-                        "(culm import does it with [motion] zero = \"at_rest\")",
-                        folder.string(), 1e3 * middle, 1e3 * measurement.heights[row]));
-}
-
 } // namespace
 
 Measurement read_measurement(const fs::path& folder) {
@@ -167,7 +142,9 @@ Measurement read_measurement(const fs::path& folder) {
     if (measurement.release == ReleaseKind::Moving)
         begin_at_start(folder, measurement);
     remove_offsets(folder, measurement);
-    note_offset(folder, measurement);
+    average_readings(folder.string(), measurement);
+    if (const std::string doubt = doubt_of_zero(measurement, 0.25); !doubt.empty())
+        measurement.remarks.push_back(fmt::format("{}: {}", folder.string(), doubt));
     return measurement;
 }
 

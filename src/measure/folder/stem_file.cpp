@@ -158,6 +158,8 @@ void read_measurement_table(const core::TomlTable& table, Measurement& measureme
         measurement.noise_by_height.push_back(core::with_point_moved(value, power));
     measurement.noise_source = table.text("noise_source").value_or("");
     measurement.noise_correlation = table.number("noise_correlation", {0.0, 0.99});
+    if (const auto size = table.whole_number("readings_per_mean", {1.0, 1e6}))
+        measurement.readings_per_mean = static_cast<int>(*size);
     measurement.uncertainties.row = table.length("row_uncertainty", noise);
     measurement.gravity_direction =
         read_choice(table, "gravity_direction", GravityDirection::Transverse)
@@ -282,9 +284,16 @@ std::string stem_text(const Measurement& measurement) {
         if (circle->wall)
             text += line("wall", *circle->wall) + uncertainty_line("wall", stated.wall);
     }
-    text += number_line("density_kg_m3", stem.density) +
-            number_line("density_uncertainty_kg_m3", stated.density) +
-            number_line("poissons_ratio", stem.poissons_ratio);
+    if (stem.is_density_of_spheres) {
+        text += number_line("density_kg_m3", stem.density) +
+                number_line("density_uncertainty_kg_m3", stated.density);
+    } else {
+        text += fmt::format("linear_density_kg_m = {:.12g}\n", mass_per_length(stem));
+        if (stated.density)
+            text += fmt::format("linear_density_uncertainty_kg_m = {:.12g}\n",
+                                mass_per_length(stem) / stem.density * *stated.density);
+    }
+    text += number_line("poissons_ratio", stem.poissons_ratio);
     if (stem.spheres)
         text += fmt::format("spheres = {}\n", *stem.spheres);
     text += text_line("specimen", measurement.specimen) + text_line("rig", measurement.rig) +

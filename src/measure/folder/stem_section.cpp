@@ -154,6 +154,7 @@ void read_density(const core::TomlTable& table, Measurement& measurement) {
                         fmt::format("is given in addition to {}: one of them is enough", first));
         first = key;
         stem.density = value.value_or(0.0) * form.density_per_unit;
+        stem.is_density_of_spheres = form.name == "density";
         if (uncertainty)
             measurement.uncertainties.density = *uncertainty * form.density_per_unit;
     }

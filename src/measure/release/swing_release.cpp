@@ -442,6 +442,20 @@ double quietest_noise(std::span<const double> times, std::span<const double> pos
     return noise_of(Readings(times, positions));
 }
 
+double passage_frequency(std::span<const double> times, std::span<const double> positions) {
+    const Readings readings(times, positions);
+    if (readings.size() < 12)
+        return 0.0;
+    const double middle = middle_of(readings, readings.size() / 2);
+    double widest = 0.0;
+    for (std::size_t i = readings.size() / 2; i < readings.size(); ++i)
+        widest = std::max(widest, std::abs(readings.values[i] - middle));
+    const std::vector<double> passed =
+        passages(readings, middle, std::max(5.0 * noise_of(readings), 0.1 * widest));
+    return passed.size() < 3 ? 0.0
+                             : 0.5 * double(passed.size() - 1) / (passed.back() - passed.front());
+}
+
 SwingRelease find_swing_release(std::span<const double> times, std::span<const double> positions,
                                 double relative_height, std::optional<double> last_held) {
     const Readings readings(times, positions);

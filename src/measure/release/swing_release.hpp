@@ -58,4 +58,9 @@ struct SwingRelease {
                                      std::span<const double> positions, double begin,
                                      double expected_period = 0.0);
 
+/// Mean frequency at which a history passes its middle: that of the first mode, or of a higher one
+/// that dominates; 0 if it passes less than three times.
+[[nodiscard]] double passage_frequency(std::span<const double> times,
+                                       std::span<const double> positions);
+
 } // namespace culm::measure

@@ -4,7 +4,6 @@
 #include "measure/track/track.hpp"
 
 #include <cmath>
-#include <numbers>
 #include <optional>
 
 #include <fmt/core.h>
@@ -118,11 +117,8 @@ std::optional<double> tip_row(const Track& track) {
 }
 
 double modulus_of_swing(const Track& track) {
-    const MeasuredStem& stem = track.measurement.stem;
     const double frequency = track.window.cycles_per_frame() * track.frames_per_second;
-    const double root =
-        2.0 * std::numbers::pi * frequency * stem.length * stem.length / (1.8751 * 1.8751);
-    return root * root * mass_per_length(stem) / second_moment_of_area(stem.section);
+    return std::pow(frequency / beam_frequency(track.measurement.stem, 1.0), 2);
 }
 
 void add_doubts(Track& track) {

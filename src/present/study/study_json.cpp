@@ -228,6 +228,7 @@ json run_json(const study::SummaryOfRun& run) {
         return {{"point", point.point}, {"kind", point.kind}, {"reason", point.reason}};
     };
     json out{{"points", run.points},
+             {"stem", run.stem},
              {"failed", array_of(run.failed, failed)},
              {"ranks", run.ranks},
              {"wall_s", run.wall_s}};

@@ -174,8 +174,14 @@ void write_points(const StudyFile& file, const fs::path& target) {
 
 } // namespace
 
-void SummaryOfRun::read_run(const archive::StudyFile& file) {
+std::string first_stem(const Study& study) {
+    const run::CaseSpec spec = case_of_point(study.config, study.design, 0);
+    return measure::stem_line(run::described_stem(spec), spec.stem.bond_youngs_modulus);
+}
+
+void SummaryOfRun::read_run(const archive::StudyFile& file, const Study& study) {
     points = file.point_count();
+    stem = first_stem(study);
     ranks = std::atoi(provenance_text(file, "ranks").c_str());
     wall_s = std::atof(provenance_text(file, "wall_s").c_str());
 }
@@ -221,7 +227,7 @@ StudySummary reduce_study(const ArchivedStudy& archived, const std::optional<Red
                                            "\"fit\"), so they cannot be fitted again",
                                            file.path().string()));
     StudySummary summary;
-    summary.read_run(file);
+    summary.read_run(file, archived.study);
     summary.integrator = integrator_text(archived.study.config);
     summary.law = physics::law_name(archived.study.config.base.law);
     for (const std::string& name : work_columns(archived.study.config))
@@ -289,7 +295,7 @@ TimestepSummary reduce_timestep_study(const ArchivedStudy& archived) {
         throw core::InputError(
             fmt::format("{}: this is not a time-step study (study.kind)", file.path().string()));
     TimestepSummary summary;
-    summary.read_run(file);
+    summary.read_run(file, archived.study);
     summary.options = config.timestep;
     std::map<std::string, std::vector<double>> columns; // read once
     for (const archive::Column& column : file.description().results)

@@ -30,16 +30,20 @@ struct FailedPoint {
     std::string reason;
 };
 
+/// measure::stem_line() of a study's first point.
+[[nodiscard]] std::string first_stem(const Study& study);
+
 /// What the summaries of all kinds of studies tell.
 struct SummaryOfRun {
     std::int64_t points = 0;
+    std::string stem; ///< first_stem()
     std::vector<FailedPoint> failed;
     std::vector<std::int64_t> missing; ///< points that were not computed (a merged archive)
     int ranks = 1;
     double wall_s = 0.0;
 
     /// Sets all but `failed` and `missing`.
-    void read_run(const archive::StudyFile& file);
+    void read_run(const archive::StudyFile& file, const Study& study);
     /// Adds a point without a result to `failed` or `missing`.
     void add_unanswered(const archive::StudyFile& file, std::int64_t point);
 };

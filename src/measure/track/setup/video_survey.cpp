@@ -318,6 +318,23 @@ json checks_json() {
             {"mass_per_length_over_density_area", 2.0 / 3.0}};
 }
 
+/// If the frames last unequally long by the file's time stamps: their first rate, and a remark.
+void add_unequal_frames(const FrameSource& source, json& out) {
+    std::vector<std::string> remarks;
+    TrackSettings settings;
+    settings.fps =
+        source.stated_fps().value_or(1.0); // is used only if the frames last equally long
+    const FrameClock clock =
+        frame_clock(source, first_frames(source.numbers().size()), settings, remarks);
+    if (std::ranges::equal(clock.times, clock.numbers))
+        return;
+    settings.fps.reset();
+    out["proposed_fps"] =
+        frame_clock(source, first_frames(source.numbers().size()), settings, remarks)
+            .frames_per_second;
+    out["remarks"].push_back(remarks.back());
+}
+
 } // namespace
 
 json survey_video(const FrameSource& source, int threads) {
@@ -332,6 +349,8 @@ json survey_video(const FrameSource& source, int threads) {
              {"last_number", source.numbers().back()},
              {"stated_fps", nullptr},
              {"rate_is_the_cameras", source.states_camera_rate()},
+             {"proposed_fps", nullptr},
+             {"remarks", source.remarks()},
              {"detected", nullptr},
              {"remark", ""},
              {"frames", nullptr},
@@ -339,6 +358,7 @@ json survey_video(const FrameSource& source, int threads) {
              {"checks", checks_json()}};
     if (source.stated_fps())
         out["stated_fps"] = *source.stated_fps();
+    add_unequal_frames(source, out);
     std::vector<ShownFrame> shown;
     try {
         const auto [stem, width] = clearest_stem(source, threads);
