@@ -20,7 +20,8 @@ from recording.text_table import TextOptions
 KEYS = {
     "source": ["file", "delimiter", "decimal", "skip_lines", "encoding", "missing_values",
                "invalid_if", "stuck_values"],
-    "time": ["column", "rate_hz", "unit", "repeated_times", "release_s", "before_s", "after_s"],
+    "time": ["column", "rate_hz", "unit", "repeated_times", "release_s", "before_s", "after_s",
+             "readings_per_mean"],
     "motion": ["unit", "mm_per_px", "axis", "sign", "zero"],
     "clamp": ["markers", "columns"],
     "height": ["height_mm", "height_m", "markers", "columns"]}
@@ -56,6 +57,7 @@ class Mapping:
     rate_hz: float | None = None
     time_unit: str = "s"
     repeated_times: str | None = None
+    readings_per_mean: int | None = None
     release: float | str | None = None  # s on the recording's clock, "detect", None: moving
     before: float | None = None
     after: float | None = None
@@ -255,6 +257,8 @@ def read_time(section: Section, mapping: Mapping):
     mapping.release = None if is_moving else release
     mapping.before = section.number("before_s", 0.0, 1e6)
     mapping.after = section.number("after_s", 1e-9, 1e6)
+    if (size := section.number("readings_per_mean", 1, 1e6)) is not None:
+        mapping.readings_per_mean = round(size)
 
 
 def read_motion(section: Section, mapping: Mapping):

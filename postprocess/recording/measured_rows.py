@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from recording.averaged_rows import average_down
 from recording.invalid_readings import without_invalid
 from recording.mapping_file import MOTION_UNITS, Mapping
 from recording.recorded_table import Assumption, RecordedTable, counted
@@ -296,6 +297,7 @@ def measured_rows(table: RecordedTable, mapping: Mapping, program: str) -> Measu
         raise Refusal("it has fewer than three samples")
     describe_rate(measured, mapping, times)
     find_release(measured, mapping, program)
+    average_down(measured, mapping)
     if mapping.release is not None:
         estimate_noise(measured, mapping)
     else:

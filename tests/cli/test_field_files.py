@@ -190,21 +190,28 @@ class Stems(FieldFiles):
             self.assertTrue(36.5 < height["b2_hz"]["value"] < 37.7)
 
     def test_24_many_samples_are_averaged_and_said_so(self):
-        rate, frequency = 51_200, 36.5562
-        self.write("stem.toml", '[stem]\nid = "strip"\nlength_mm = 150\ndensity_kg_m3 = 2700\n'
-                   '[section]\nshape = "rectangle"\nwidth_mm = 10\nheight_mm = 1\n'
-                   '[measurement]\nreading = "material"\nnoise_mm = 0.01\n')
+        rate, frequency, held = 51_200, 36.5562, 5_120
         chance = random.Random(1)
         times = [k / rate for k in range(60_000)]
-        readings = [8.0 * math.exp(-0.459 * t) * math.cos(2.0 * math.pi * frequency * t) +
-                    chance.gauss(0.0, 0.01) for t in times]
-        rows = [f"{t:.8f},{x:.5f}" for t, x in zip(times, readings, strict=True)]
-        self.write("deflection.csv", "\n".join(["time_s,h=140mm", *rows]) + "\n")
-        finished = self.culm("fit", ".")
-        self.assert_exit(finished, DONE)
-        self.assertRegex(finished.stderr, r"60000 readings, 1[34]\d\d per cycle, are averaged in "
-                         r"groups of 3; the noise of a mean is 0\.0058 mm .*readings_per_mean")
-        self.assertRegex(finished.stdout, r"36\.556")
+        swing = [(k - held) / rate for k in range(60_000)]
+        clean = [8.0 * math.exp(-0.459 * s) * math.cos(2.0 * math.pi * frequency * s) if s > 0.0
+                 else 8.0 for s in swing]
+        rows = [f"{t:.8f},{x + chance.gauss(0.0, 0.01):.5f}"
+                for t, x in zip(times, clean, strict=True)]
+        self.write("long.csv", "\n".join(["time_s,tip_mm", *rows]) + "\n")
+        mapping = (FIELD / "24-million-samples/mapping.toml").read_text("utf-8")
+        self.write("mapping.toml", mapping)
+        printed = " ".join(self.imported("mapping.toml").split())
+        self.assertRegex(printed, r"60000 readings, 1[34]\d\d per cycle, are averaged in groups of 3")
+        self.assertIn("[time] readings_per_mean", printed)
+        self.assertRegex(printed, r"noise 0\.005\d mm")  # 0.01 mm over the root of 3
+        with open(self.folder / "out/deflection.csv", encoding="utf-8") as file:
+            after = [row for row in csv.reader(file) if row[0] != "time_s"]
+        self.assertAlmostEqual(float(after[1][0]) - float(after[0][0]), 3.0 / rate, delta=1e-8)
+        fit = json.loads(self.culm("fit", "out", "--json", "-").stdout)["stems"][0]
+        self.assertAlmostEqual(fit["b2_hz"]["value"], frequency, delta=0.02)
+        self.write("mapping.toml", mapping.replace("[time]", "[time]\nreadings_per_mean = 1"))
+        self.assertNotIn("averaged", self.imported("mapping.toml", "whole"))
 
     def test_31_a_zero_that_is_not_the_rest_is_named(self):
         self.folder_of("31-crash-offset")

@@ -108,7 +108,7 @@ TEST(Recording, ReportsAJumpAtSilentlyLostFrames) {
         std::filesystem::rename(folder / fmt::format("frames/{:05d}.png", k + 2),
                                 folder / fmt::format("frames/{:05d}.png", k));
     const Track track = track_video(read_track_settings(file), {2});
-    EXPECT_TRUE(has_remark(track, "between the frames 59 and 60 the swing jumps"));
+    EXPECT_TRUE(has_remark(track, "between the frames 55 and 62 the swing jumps"));
     // With the missing frames stated the times are correct.
     std::ofstream(file) << video.settings("missing_frames = [60, 61]\n");
     const Track corrected = track_video(read_track_settings(file), {2});

@@ -189,8 +189,7 @@ struct Measurement {
     std::optional<double> exposure; ///< of a frame, s
     /// Of a rolling shutter: time between two rows, s; negative if it reads from tip to clamp.
     std::optional<double> row_time;
-    std::optional<double> row_height;     ///< of an image row on the stem, m
-    std::optional<int> readings_per_mean; ///< of average_readings(); empty: chosen
+    std::optional<double> row_height; ///< of an image row on the stem, m
     std::string noise_source; ///< where the noise comes from, for example "40 frames at rest"
 
     std::vector<double> times;   ///< s, strictly ascending; 0 is the release, or the start of one

@@ -40,11 +40,6 @@ void check_is_on_stem(const core::TomlTable& table, double height, const Measure
 /// order of the columns, is sorted with them. Throws core::InputError with every fault.
 void read_deflection_file(const std::filesystem::path& file, Measurement& measurement);
 
-/// Replaces the readings of a long record by means of consecutive ones if they are more than 60 per
-/// cycle of the second mode, or as the file says, and their noise by that of the means; adds a
-/// remark that begins with `name`.
-void average_readings(const std::string& name, Measurement& measurement);
-
 /// The text of deflection.csv: mm and s, the shortest decimals that read back bit for bit.
 [[nodiscard]] std::string deflection_file_text(const Measurement& measurement);
 

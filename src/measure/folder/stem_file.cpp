@@ -158,8 +158,6 @@ void read_measurement_table(const core::TomlTable& table, Measurement& measureme
         measurement.noise_by_height.push_back(core::with_point_moved(value, power));
     measurement.noise_source = table.text("noise_source").value_or("");
     measurement.noise_correlation = table.number("noise_correlation", {0.0, 0.99});
-    if (const auto size = table.whole_number("readings_per_mean", {1.0, 1e6}))
-        measurement.readings_per_mean = static_cast<int>(*size);
     measurement.uncertainties.row = table.length("row_uncertainty", noise);
     measurement.gravity_direction =
         read_choice(table, "gravity_direction", GravityDirection::Transverse)

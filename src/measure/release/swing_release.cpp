@@ -16,8 +16,8 @@
 namespace culm::measure {
 
 namespace {
-
 constexpr double pi = std::numbers::pi;
+constexpr double infinity = std::numeric_limits<double>::infinity();
 /// Share of the period by which t₀ of a stem differs from that of a uniform beam.
 constexpr double least_share = 0.002;
 
@@ -40,10 +40,12 @@ struct Readings {
     }
 };
 
+/// Standard deviation of a reading, from second differences, which a resolved motion hardly
+/// changes. The quietest tenth of the record counts: a coarsely sampled swing is not noise.
 double noise_of(const Readings& readings) {
     constexpr std::size_t windows = 10;
     const std::size_t width = std::max<std::size_t>(8, readings.size() / windows);
-    double quietest = std::numeric_limits<double>::infinity();
+    double quietest = infinity;
     for (std::size_t begin = 0; begin + width <= readings.size(); begin += width) {
         std::vector<double> differences;
         for (std::size_t i = begin + 2; i < begin + width; ++i)
@@ -124,15 +126,13 @@ double longest_gap(const Readings& readings, double begin, double end) {
 /// The interval before the passage i, of two or more; up to seven show the first swings.
 Hold hold_before(const Readings& readings, const std::vector<double>& passed, std::size_t i,
                  double rest) {
-    const std::size_t end = std::min(passed.size(), i + 7);
+    const std::vector<double> swings(passed.begin() + std::ptrdiff_t(i), passed.end());
+    const std::vector<double> first(swings.begin(),
+                                    swings.begin() + std::min<std::ptrdiff_t>(7, ssize(swings)));
     // A wrong centre makes the halves of a period unequal, not their mean.
-    const double half = (passed[end - 1] - passed[i]) / double(end - 1 - i);
-    const auto at = [&](std::size_t k) { return passed.begin() + std::ptrdiff_t(k); };
-    return {i == 0 ? readings.times.front() : passed[i - 1],
-            passed[i],
-            2.0 * half,
-            decay_of(readings, {at(i), at(end)}, rest),
-            {at(i), passed.end()}};
+    const double period = 2.0 * (first.back() - first.front()) / double(first.size() - 1);
+    const double begin = i == 0 ? readings.times.front() : passed[i - 1];
+    return {begin, passed[i], period, decay_of(readings, first, rest), swings};
 }
 
 /// The last interval before a passage that is longer than half a period. Passages are not seen in
@@ -222,7 +222,7 @@ class HeldFit {
 
     struct Fit {
         double time = 0.0;
-        double squares = std::numeric_limits<double>::infinity();
+        double squares = infinity;
         double held = 0.0;
         std::size_t held_count = 0;
         std::size_t count = 0;
@@ -385,7 +385,18 @@ SineFit fit_sine(const Readings& readings, std::size_t begin, double angular_fre
         total += value * value;
     }
     const Eigen::Matrix<double, 5, 1> solution = normal.ldlt().solve(right);
-    return {level + solution[0], total - solution.dot(right)};
+    return {level + solution[0], std::max(0.0, total - solution.dot(right))};
+}
+
+/// The best of frequencies about that of the period.
+SineFit best_sine(const Readings& readings, std::size_t begin, double period, double decay) {
+    SineFit best;
+    best.squares = infinity;
+    for (double factor = 0.9; factor < 1.1; factor += 0.004)
+        if (const SineFit fit = fit_sine(readings, begin, 2.0 * pi * factor / period, decay);
+            fit.squares < best.squares)
+            best = fit;
+    return best;
 }
 
 } // namespace
@@ -428,32 +439,21 @@ double centre_of_swing(std::span<const double> times, std::span<const double> po
         return level;
     const std::size_t from =
         std::max(first, std::min(quarter, readings.at(readings.times.back() - 6.0 * period)));
-    const double decay = decay_of(readings, last, level) / period;
-    SineFit best;
-    best.squares = std::numeric_limits<double>::infinity();
-    for (double factor = 0.9; factor < 1.1; factor += 0.004)
-        if (const SineFit fit = fit_sine(readings, from, 2.0 * pi * factor / period, decay);
-            fit.squares < best.squares)
-            best = fit;
-    return best.centre;
+    return best_sine(readings, from, period, decay_of(readings, last, level) / period).centre;
 }
 
-double quietest_noise(std::span<const double> times, std::span<const double> positions) {
-    return noise_of(Readings(times, positions));
-}
-
-double passage_frequency(std::span<const double> times, std::span<const double> positions) {
+double scatter_about_swing(std::span<const double> times, std::span<const double> positions,
+                           double begin, double period, double decay_per_cycle) {
     const Readings readings(times, positions);
-    if (readings.size() < 12)
-        return 0.0;
-    const double middle = middle_of(readings, readings.size() / 2);
-    double widest = 0.0;
-    for (std::size_t i = readings.size() / 2; i < readings.size(); ++i)
-        widest = std::max(widest, std::abs(readings.values[i] - middle));
-    const std::vector<double> passed =
-        passages(readings, middle, std::max(5.0 * noise_of(readings), 0.1 * widest));
-    return passed.size() < 3 ? 0.0
-                             : 0.5 * double(passed.size() - 1) / (passed.back() - passed.front());
+    if (readings.size() == 0)
+        return std::numeric_limits<double>::quiet_NaN();
+    const std::size_t from =
+        std::max(readings.at(begin), readings.at(readings.times.back() - 3.0 * period));
+    const double count = double(readings.size()) - double(from);
+    return count < 12.0
+               ? std::numeric_limits<double>::quiet_NaN()
+               : std::sqrt(best_sine(readings, from, period, decay_per_cycle / period).squares /
+                           (count - 6.0));
 }
 
 SwingRelease find_swing_release(std::span<const double> times, std::span<const double> positions,
@@ -463,9 +463,7 @@ SwingRelease find_swing_release(std::span<const double> times, std::span<const d
         throw core::InputError("fewer than 12 readings are left, so no release can be found");
     const double noise = noise_of(readings);
     double rest = middle_of(readings, readings.size() / 2);
-    double widest = 0.0;
-    for (const double value : readings.values)
-        widest = std::max(widest, std::abs(value - rest));
+    const double widest = amplitude_between(readings, -infinity, infinity, rest);
     std::optional<Hold> hold;
     for (int round = 0; round < 2; ++round) { // the centre needs the time of the release
         const double least = std::max(5.0 * noise, 0.05 * widest);
@@ -479,18 +477,15 @@ SwingRelease find_swing_release(std::span<const double> times, std::span<const d
         rest = centre_of_swing(times, positions, hold->passage, hold->period);
     }
     std::optional<std::size_t> held_index;
-    if (last_held) // a passage follows, and so does a reading
-        held_index = std::max<std::size_t>(
-                         1, std::size_t(std::ranges::upper_bound(readings.times, *last_held) -
-                                        readings.times.begin())) -
-                     1;
+    if (last_held)
+        held_index =
+            std::max<std::size_t>(1, readings.at(std::nextafter(*last_held, infinity))) - 1;
     const HeldFit fitted(readings, *hold, rest, relative_height, held_index);
     SwingRelease release = averaged(fitted, hold->period, noise);
     release.rest = rest;
     release.decay_per_cycle = hold->decay_per_cycle;
     release.passages = hold->swings;
-    // A record that begins in the middle of a swing has a turning point in place of the hold, which
-    // is short and no straight line.
+    // A turning point in place of a hold is short and no straight line.
     const double pull = std::abs(release.held - rest);
     const double still = release.time - std::max(hold->begin, readings.times.front());
     const bool is_line = release.noise <= std::max(0.01 * pull, std::min(1.5 * noise, 0.03 * pull));

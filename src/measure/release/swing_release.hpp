@@ -46,11 +46,6 @@ struct SwingRelease {
                                               double relative_height,
                                               std::optional<double> last_held = std::nullopt);
 
-/// Standard deviation of a reading of a history, from second differences, which a resolved motion
-/// hardly changes. The quietest tenth of the history counts: a coarsely sampled swing is not noise.
-[[nodiscard]] double quietest_noise(std::span<const double> times,
-                                    std::span<const double> positions);
-
 /// The position about which a history swings from the time `begin` on: the constant of a
 /// least-squares fit of one damped sine to the last cycles; the mean if it does not swing. NaN
 /// without a reading. `expected_period` is used if too few swings remain to see it; 0: not known.
@@ -58,9 +53,10 @@ struct SwingRelease {
                                      std::span<const double> positions, double begin,
                                      double expected_period = 0.0);
 
-/// Mean frequency at which a history passes its middle: that of the first mode, or of a higher one
-/// that dominates; 0 if it passes less than three times.
-[[nodiscard]] double passage_frequency(std::span<const double> times,
-                                       std::span<const double> positions);
+/// Standard deviation of the readings from the time `begin` on, of the last three cycles at
+/// most, about one sine of about this period and decay. NaN of fewer than twelve.
+[[nodiscard]] double scatter_about_swing(std::span<const double> times,
+                                         std::span<const double> positions, double begin,
+                                         double period, double decay_per_cycle);
 
 } // namespace culm::measure

@@ -48,35 +48,9 @@ struct AxisRecord {
 [[nodiscard]] AxisRecord at_heights(const AxisRecord& rows, double clamp_row,
                                     const std::vector<double>& heights, int rows_per_height);
 
-/// y(n+2L) − c = a (y(n+L) − c) + b (y(n) − c) for every damped sine, with any phase and amplitude:
-/// a = 2 exp(−αL) cos ωL, b = −exp(−2αL). All locations share a and b; each has its own c.
-struct SwingModel {
-    int lag = 1; ///< L, frames
-    double a = 0.0;
-    double b = 0.0;
-};
-
-/// Linear least squares over the frames begin … end − 1 (indices), with a lag of about an eighth of
-/// the period (in frames). Triples with a missing frame are excluded. Empty if fewer than a dozen
-/// remain.
-[[nodiscard]] std::optional<SwingModel> fit_swing(const AxisRecord& record, std::size_t begin,
-                                                  std::size_t end, double period);
-
-/// Residual of the recurrence in one history, whose rest is c: y(n+2L) less its prediction from
-/// y(n+L) and y(n), at the index of n+2L; NaN if one of the frames is missing.
-[[nodiscard]] std::vector<double> swing_surprises(const std::vector<int>& numbers,
-                                                  const std::vector<double>& history,
-                                                  const SwingModel& model, double rest);
-
-/// Remarks about frames of a location before which some were lost or doubled. While higher modes
-/// are present, a jump changes the times between passages through the rest by 4 % of a period.
-/// Later, the residual of the recurrence `model` (lag 1) is an eighth of the amplitude or more.
-/// `settled` is the index of the frame from which on the first mode swings alone;
-/// `relative_height` that of the location over the stem's length.
-[[nodiscard]] std::vector<std::string> find_jumps(const std::vector<int>& numbers,
-                                                  const std::vector<double>& history,
-                                                  const SwingRelease& release,
-                                                  double relative_height, const SwingModel& model,
-                                                  std::size_t settled);
+/// Remarks about frames that were lost or doubled: there a passage of the swing through its rest
+/// comes 4 % of a period too early or too late. `relative_height` is that of the location.
+[[nodiscard]] std::vector<std::string> find_jumps(const SwingRelease& release,
+                                                  double relative_height);
 
 } // namespace culm::measure

@@ -31,20 +31,17 @@ std::vector<std::size_t> places_to_watch(const AxisRecord& record) {
     return places;
 }
 
-void refuse_still_stem(const AxisRecord& record, const std::vector<double>& column,
-                       const std::string& source) {
+void refuse_still_stem(const std::vector<double>& column, const std::string& source) {
     const std::vector<double> seen = known(column);
     if (seen.size() < 12)
         throw core::InputError(
             fmt::format("{}: the stem is seen in {} of {} frames only; 12 at least are needed",
                         source, seen.size(), column.size()));
     const double range = core::quantile(seen, 0.99) - core::quantile(seen, 0.01);
-    // Readings of a still stem span five standard deviations.
-    const double limit = std::max(1.0, 10.0 * quietest_noise(record.times, column));
-    if (range < limit)
-        throw core::InputError(fmt::format("{}: the stem does not move (by {:.2f} pixels, where "
-                                           "{:.2f} are needed): it is never released",
-                                           source, range, limit));
+    if (range < 1.0)
+        throw core::InputError(fmt::format("{}: the stem does not move (by {:.2f} pixels, where 1 "
+                                           "is needed): it is never released",
+                                           source, range));
 }
 
 /// Standard deviation of the readings in the frames begin … end − 1; NaN of fewer than two.
@@ -137,26 +134,17 @@ void draw_together(std::vector<double>& deviations, std::size_t frames) {
             std::sqrt((own * deviation * deviation + common * sum / count) / (own + common));
 }
 
-/// (locations) standard deviation of a reading, by the residuals of the recurrence from frame
-/// `begin` on.
-std::vector<double> spread_about(const SwingModel& swing, const AxisRecord& record,
-                                 std::size_t begin) {
-    // x_k − a x_{k−1} − b x_{k−2} of readings with the standard deviation σ has σ √(1 + a² + b²).
-    const double amplification = std::sqrt(1.0 + swing.a * swing.a + swing.b * swing.b);
+/// (places) standard deviation of a reading about a swing, of the frames from an index on.
+std::vector<double> spread_about_swing(const RingDownWindow& window, const AxisRecord& record,
+                                       std::size_t begin) {
     std::vector<double> result;
-    for (std::size_t h = 0; h < record.places.size(); ++h) {
-        const std::vector<double> surprises =
-            swing_surprises(record.numbers, record.history(h), swing, 0.0);
-        // About their median, so the rest does not matter; NaN if none is known.
-        result.push_back(core::robust_deviation(known(std::span(surprises).subspan(begin))) /
-                         amplification);
-    }
+    for (std::size_t h = 0; h < record.places.size(); ++h)
+        result.push_back(scatter_about_swing(record.times, record.history(h), record.times[begin],
+                                             window.period, window.release.decay_per_cycle));
     return result;
 }
 
-void find_noise(RingDownWindow& window, const AxisRecord& record,
-                const std::optional<SwingModel>& swing,
-                const std::vector<double>& spread_about_swing) {
+void find_noise(RingDownWindow& window, const AxisRecord& record) {
     const std::size_t count = record.numbers.size();
     const std::size_t at_rest = window.rest_begin ? count - *window.rest_begin : 0;
     const std::size_t held = window.held_frames;
@@ -172,7 +160,7 @@ void find_noise(RingDownWindow& window, const AxisRecord& record,
         window.noise = spread(record, *window.rest_begin, count);
         // A good tracker still resolves the last of the swing, which is not noise.
         const std::vector<double> about_swing =
-            swing ? spread_about(*swing, record, *window.rest_begin) : window.noise;
+            spread_about_swing(window, record, *window.rest_begin);
         // The last of the swing would also appear as a correlation.
         double excess = 0.0;
         for (std::size_t h = 0; h < window.noise.size(); ++h) {
@@ -184,10 +172,10 @@ void find_noise(RingDownWindow& window, const AxisRecord& record,
         draw_together(window.noise, at_rest);
         window.noise_source = fmt::format("{} frames after rest", at_rest);
     }
-    if (!known(window.noise).empty() || spread_about_swing.empty())
+    if (!known(window.noise).empty())
         return;
-    window.noise = spread_about_swing;
-    window.noise_source = "residual of a damped swing between neighbouring frames";
+    window.noise = window.moving_noise;
+    window.noise_source = "residual of a damped sine in the last cycles";
 }
 
 /// A location, its history, and the release there.
@@ -222,7 +210,7 @@ WatchedPlace watch(const AxisRecord& record, std::size_t place, const WindowOpti
     WatchedPlace watched;
     watched.place = place;
     watched.column = record.history(place);
-    refuse_still_stem(record, watched.column, options.source);
+    refuse_still_stem(watched.column, options.source);
     std::optional<double> last_held;
     if (options.release_frame)
         last_held = record.times[*options.release_frame];
@@ -301,14 +289,8 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
     window.watched = watched.place;
     const std::size_t settled =
         std::min(column.size(), window.last_held + std::size_t(std::ceil(1.5 * window.period)));
-    const auto fit = [&](double period) {
-        // The recurrence of a swing requires equal times between its frames.
-        return record.is_even() ? fit_swing(record, settled, column.size(), period) : std::nullopt;
-    };
-    const std::optional<SwingModel> swing = fit(window.period);
-    if (swing)
-        window.moving_noise = spread_about(*swing, record, settled);
-    double reading = swing ? window.moving_noise[watched.place] : 0.0;
+    window.moving_noise = spread_about_swing(window, record, std::min(settled, column.size() - 1));
+    double reading = std::fmax(0.0, window.moving_noise[watched.place]);
     if (window.held_frames >= fewest_still_frames) {
         const std::size_t end = window.last_held + 1;
         reading = std::max(reading, deviation_of(column, end - window.held_frames, end));
@@ -325,10 +307,9 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
             "to determine the rest position",
             options.source));
     window.rest = rest_positions(window, record);
-    find_noise(window, record, swing, window.moving_noise);
-    if (const auto step = fit(1.0))
-        window.remarks = find_jumps(record.numbers, column, window.release,
-                                    record.places[watched.place] / options.length, *step, settled);
+    find_noise(window, record);
+    if (record.is_even())
+        window.remarks = find_jumps(window.release, record.places[watched.place] / options.length);
     if (window.release.uncertainty > 0.02 * window.period)
         window.remarks.push_back(fmt::format(
             "the moment of release is uncertain by {:.1g} frames (standard): was the stem let go "

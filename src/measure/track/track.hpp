@@ -125,8 +125,8 @@ struct RingDownWindow {
     /// Correlation between the errors of a reading in consecutive frames of a still stem; 0 if it
     /// may be chance, empty if there are too few such frames.
     std::optional<double> noise_correlation;
-    /// (locations) residual of the swing's recurrence, as a reading's standard deviation, pixels.
-    /// It includes errors that a still stem does not have. Empty if the swing is too short.
+    /// (locations) standard deviation of a reading about one damped sine in the last cycles,
+    /// pixels. It includes errors that a still stem does not have. NaN if unknown.
     std::vector<double> moving_noise;
     std::vector<std::string> remarks;
 
@@ -146,7 +146,7 @@ struct WindowOptions {
 /// Uses the highest location that is seen in nearly all frames and throughout the release
 /// (find_swing_release). Rest: the time after which the range of a period is within the noise; the
 /// centre of the swing if it is not seen. Noise: the spread while held (at least 5 frames), else at
-/// rest, else of the residuals of the swing's recurrence; its correlation between frames, if 8
+/// rest, else about one sine in the last cycles; its correlation between frames, if 8
 /// frames are still. Remarks report a release whose moment is uncertain, and jumps that look like
 /// lost frames without a gap in the numbers. Throws core::InputError with the observed motion if
 /// the stem does not move, is not released, does not swing, or was released before the first frame.
