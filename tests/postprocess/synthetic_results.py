@@ -225,6 +225,8 @@ def uncertainty_budget():
 def calibrated(name, adequate=True):
     return {
         "measurement": name, "folder": f"data/{name}",
+        "stem": "157 mm, 2.83 mm, 82.3 mg (0.524 g/m), EI 0.0063 N m² at Y = 2 GPa, beam theory b2 = "
+                "78.7 Hz",
         "sentence": f"{name}: Y = 2.0 GPa; the model is {'' if adequate else 'in'}adequate.",
         "parameters": {key: estimate(*pair) | {"stderr_of_readings": 0.5 * estimate(*pair)["stderr"]}
                        for key, pair in PARAMETERS.items()},
