@@ -22,10 +22,11 @@ MOST_UNAVERAGED = 20_000  # fewer readings cost little
 
 
 def readings_per_cycle(measured: Measured) -> float:
-    """Of the row that swings slowest: elsewhere a higher mode may dominate."""
-    late = slice(len(measured.times) // 2, None)
-    return max((2.0 * usual_half_swing(row.values[late]) for row in measured.rows
-                if np.any(np.isfinite(row.values[late]))), default=0.0)
+    """Of the row that swings slowest: elsewhere a higher mode may dominate. The large first swings
+    count, as the last ones may be lost in the noise."""
+    swing = slice(int(np.searchsorted(measured.times, measured.release)), None)
+    return max((2.0 * usual_half_swing(row.values[swing]) for row in measured.rows
+                if np.any(np.isfinite(row.values[swing]))), default=0.0)
 
 
 def smooth_number(most: int) -> int:
