@@ -44,12 +44,40 @@ def means(values: np.ndarray, size: int) -> np.ndarray:
     return np.where(2 * count >= size, total / np.maximum(count, 1), np.nan)
 
 
+def errors_of_means(size: int, correlation: float) -> tuple[float, float]:
+    """Standard deviation of a mean over that of a reading, and the correlation of neighbouring means,
+    for errors with the correlation r^k between readings k apart."""
+    r = correlation
+    sums = (1.0 - r ** size) / (1.0 - r)
+    variance = (size * (1.0 + r) - 2.0 * r * sums) / (1.0 - r) / size ** 2
+    return math.sqrt(variance), r * (sums / size) ** 2 / variance
+
+
+def scale_stated_noise(measured: Measured, mapping: Mapping, size: int):
+    """In the tables that become stem.toml's, and in the rows."""
+    stated = mapping.document.get("measurement", {})
+    factor, correlation = errors_of_means(size, stated.get("noise_correlation", 0.0))
+    if "noise_correlation" in stated:
+        stated["noise_correlation"] = round(correlation, 6)
+    for table in (stated, *mapping.sensors):
+        for key in ("noise_mm", "noise_m", "noise"):
+            if key in table:
+                table[key] *= factor
+    for key in ("noise_by_height_mm", "noise_by_height_m"):
+        if key in stated:
+            stated[key] = [factor * value for value in stated[key]]
+    for row in measured.rows:
+        if row.noise is not None:
+            row.noise *= factor
+
+
 def average_down(measured: Measured, mapping: Mapping):
     """Groups do not contain the release. A stated noise becomes that of the means."""
     count, size = len(measured.times), mapping.readings_per_mean
+    if size == 1 or (size is None and count <= MOST_UNAVERAGED):
+        return
     per_cycle = readings_per_cycle(measured)
-    if size is None:
-        size = int(per_cycle // ENOUGH_PER_CYCLE) if count > MOST_UNAVERAGED else 1
+    size = size or int(per_cycle // ENOUGH_PER_CYCLE)
     if size < 2:
         return
     release = int(np.searchsorted(measured.times, measured.release))
@@ -57,13 +85,9 @@ def average_down(measured: Measured, mapping: Mapping):
         raise Refusal(f"[time] readings_per_mean = {size} leaves fewer than 12 means")
     kept = slice(release % size, release + size * smooth_number((count - release) // size))
     measured.times = means(measured.times[kept], size)
-    stated = mapping.document.get("measurement", {})
-    for key in [key for key in stated if key in ("noise_mm", "noise_m")]:
-        stated[key] /= math.sqrt(size)
     for row in measured.rows:
         row.values = means(row.values[kept], size)
-        if row.noise is not None:
-            row.noise /= math.sqrt(size)
+    scale_stated_noise(measured, mapping, size)
     measured.assumptions.append(Assumption(
         f"{count} readings, {per_cycle:.4g} per cycle, are averaged in groups of {size}; a stated "
-        "noise is divided by the root of that", "[time] readings_per_mean"))
+        "noise becomes that of the means", "[time] readings_per_mean"))

@@ -205,7 +205,7 @@
     if ([values.length_mm, values.diameter_mm, values.density_kg_m3].includes(null)) return;
     const spheres = 1e3 * linearDensity(values);
     facts.push(`The stem has ${short(spheres, 3)} g/m, ${short(spheres * values.length_mm, 3)} mg in all. If the density is `
-      + `that of a solid rod's material, it has ${short(1.5 * spheres, 3)} g/m: then write material_density_kg_m3 in `
+      + `that of a solid rod's material, it has ${short(spheres / (rules.mass_per_length_over_density_area || DEFAULT_SHAPE), 3)} g/m: then write material_density_kg_m3 in `
       + "video.toml (or mass_mg or linear_density_kg_m).");
   }
 
@@ -401,7 +401,7 @@
       find("fps").value = stated === null ? "" : String(stated);
       find("fps-note").textContent = "The rate was read from the camera's header.";
     } else if (setup.proposed_fps) {
-      find("fps").value = String(setup.proposed_fps);
+      find("fps").value = String(Number(setup.proposed_fps.toPrecision(6)));
       find("fps-note").textContent = setup.remarks.join("; ");
     } else if (stated !== null) {
       find("fps-note").textContent = `The file states ${short(stated)} frames/s. This is usually the rate of `

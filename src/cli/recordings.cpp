@@ -6,9 +6,11 @@
 #include "fit/model/stem_chain.hpp"
 #include "physics/bond_law_options.hpp"
 #include "present/files.hpp"
+#include "present/text.hpp"
 #include "study/execute/plan.hpp"
 
 #include <filesystem>
+#include <numeric>
 
 #include <fmt/format.h>
 
@@ -87,6 +89,13 @@ void write_results(const RecordingArguments& arguments,
         return;
     core::create_folder(arguments.output);
     present::write_json((std::filesystem::path(arguments.output) / file).string(), document);
+}
+
+std::string cost_text(const std::vector<double>& seconds, int ranks) {
+    const double sum = std::accumulate(seconds.begin(), seconds.end(), 0.0);
+    return fmt::format("{}: about {} of processor time on the reference machine, {} on {}",
+                       present::counted(seconds.size(), "stem"), present::estimate_text(sum),
+                       present::estimate_text(sum / ranks), present::counted(ranks, "rank"));
 }
 
 double expected_seconds(const measure::Measurement& recording, const fit::ChainOptions& chain) {

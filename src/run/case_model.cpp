@@ -15,10 +15,10 @@ measure::MeasuredStem described_stem(const CaseSpec& spec) {
     const physics::StemParameters<double>& stem = spec.stem;
     measure::MeasuredStem described;
     described.length = stem.free_length();
-    const double wall = 0.5 * (stem.bond_outer_diameter - stem.bond_inner_diameter);
-    described.section = measure::CircularSection{
-        stem.bond_outer_diameter,
-        stem.bond_inner_diameter > 0.0 ? std::optional(wall) : std::nullopt};
+    measure::CircularSection section{stem.bond_outer_diameter, {}};
+    if (stem.bond_inner_diameter > 0.0)
+        section.wall = 0.5 * (stem.bond_outer_diameter - stem.bond_inner_diameter);
+    described.section = section;
     described.is_density_of_spheres = false;
     described.density = 1.0;
     described.density = stem.sphere_mass() / stem.bond_length / measure::mass_per_length(described);

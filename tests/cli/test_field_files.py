@@ -256,6 +256,10 @@ class Videos(FieldFiles):
         self.assertAlmostEqual(track["swing_hz"], 20.0, delta=0.05)
         self.assertEqual(track["fps_source"], "of the file's time stamps")
         self.assertNotIn("fps", (self.folder / "out/stem.toml").read_text(encoding="utf-8"))
+        finished = self.culm("setup", "phone.mov", "-o", "setup")
+        self.assert_exit(finished, DONE)
+        self.assertIn("12.0 frames per swing", finished.stdout)
+        self.assertIn("240 frames/s at first, of the file's time stamps", finished.stdout)
 
 
 class Machines(FieldFiles):

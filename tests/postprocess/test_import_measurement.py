@@ -186,6 +186,22 @@ class Measurements(Imports):
         self.assertEqual(rows, [[5.0, 1.0], [5.1, -2.0], [5.2, 1.5], [5.3, 0.5]])
         self.assertEqual(self.stem["sensor"][0]["mass_g"], 5)
 
+    def test_a_stated_noise_becomes_that_of_the_means(self):
+        table = "t,acc (g)\n" + "".join(f"{5.0 + 0.01 * k:.2f},{math.sin(k):.6f}\n" for k in range(80))
+        mapping = SENSOR.replace("[time]", "[time]\nreadings_per_mean = 4")
+        mapping = mapping.replace("mass_g = 5", "mass_g = 5\nnoise = 0.02")
+        mapping = mapping.replace("[measurement]", "[measurement]\nnoise_correlation = 0.5")
+        _, rows = self.imported(mapping, "a.csv", table)
+        self.assertAlmostEqual(rows[0][1], sum(math.sin(k) for k in range(4)) / 4.0, delta=1e-5)
+        self.assertAlmostEqual(rows[1][0] - rows[0][0], 0.04, delta=1e-9)
+        # Sums of the covariances of four readings, and of those with the next four.
+        correlation = [0.5 ** abs(i - j) for i in range(4) for j in range(4)]
+        between = [0.5 ** (4 + j - i) for i in range(4) for j in range(4)]
+        self.assertAlmostEqual(self.stem["sensor"][0]["noise"],
+                               0.02 * math.sqrt(sum(correlation)) / 4.0, delta=1e-9)
+        self.assertAlmostEqual(self.stem["measurement"]["noise_correlation"],
+                               sum(between) / sum(correlation), delta=1e-6)
+
     def test_heights_and_sensors_are_sorted_together(self):
         mapping = TABLE + ('[[sensor]]\ncolumn = "5"\nquantity = "velocity"\nunit = "mm/s"\n'
                            "height_mm = 70\n")

@@ -301,16 +301,12 @@ core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan
 
 /// States the expected time if it is above ten seconds.
 void announce_cost(const std::vector<double>& seconds, int ranks, StepDisplay& step) {
-    const double sum = std::accumulate(seconds.begin(), seconds.end(), 0.0);
-    if (sum / ranks < 10.0)
+    if (std::accumulate(seconds.begin(), seconds.end(), 0.0) / ranks < 10.0)
         return;
-    const std::string cost =
-        fmt::format("{} in all: about {} of processor time on the reference machine",
-                    present::counted(seconds.size(), "stem"), present::estimate_text(sum));
     if (seconds.size() == 1)
-        step.begin("calibrating " + cost);
+        step.begin("calibrating " + cost_text(seconds, ranks));
     else
-        fmt::print(stderr, "{}, shared by {}\n", cost, present::counted(ranks, "rank"));
+        fmt::print(stderr, "{}\n", cost_text(seconds, ranks));
 }
 
 core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,

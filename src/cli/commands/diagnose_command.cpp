@@ -22,7 +22,6 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
-#include <numeric>
 #include <set>
 #include <span>
 #include <string>
@@ -327,10 +326,7 @@ farm::ItemOptions item_options(const DiagnoseArguments& arguments, StepDisplay& 
 void announce_cost(const DiagnoseArguments& arguments, const DiagnosisPlan& plan, int ranks) {
     const std::vector<double> seconds =
         expected_seconds(plan.specimens, chain_options(arguments), plan.effects.candidates.size());
-    const double sum = std::accumulate(seconds.begin(), seconds.end(), 0.0);
-    fmt::print(stderr, "{}: about {} of processor time on the reference machine, {} on {}\n",
-               present::counted(seconds.size(), "stem"), present::estimate_text(sum),
-               present::estimate_text(sum / ranks), present::counted(ranks, "rank"));
+    fmt::print(stderr, "{}\n", cost_text(seconds, ranks));
 }
 
 core::ExitCode stopped_early(const DiagnoseArguments& arguments, bool prints) {

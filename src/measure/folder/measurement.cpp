@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/folder/measurement.hpp"
 
+#include "core/cantilever.hpp"
 #include "core/order_statistics.hpp"
 
 #include <algorithm>
@@ -87,9 +88,8 @@ double mass_per_length(const MeasuredStem& stem) {
 }
 
 double beam_frequency(const MeasuredStem& stem, double youngs_modulus) {
-    constexpr double root = 1.8751040687119611; // of cos x cosh x = −1
-    return root * root / (2.0 * std::numbers::pi * stem.length * stem.length) *
-           std::sqrt(youngs_modulus * second_moment_of_area(stem.section) / mass_per_length(stem));
+    return core::cantilever_frequency(
+        stem.length, youngs_modulus * second_moment_of_area(stem.section), mass_per_length(stem));
 }
 
 std::string stem_line(const MeasuredStem& stem, double youngs_modulus) {

@@ -62,7 +62,7 @@ struct MeasuredStem {
 /// volume of a chain, Table 1); other sections weigh ρ A.
 [[nodiscard]] double mass_per_length(const MeasuredStem& stem);
 
-/// First frequency of the stem as a plain Euler–Bernoulli cantilever, 1.8751²/(2π L²) √(Y I/μ), Hz.
+/// core::cantilever_frequency() of the stem, Hz.
 [[nodiscard]] double beam_frequency(const MeasuredStem& stem, double youngs_modulus);
 
 /// What everybody can check: "80 mm, 1.2 mm, 81 mg (1.02 g/m), EI 2.04e-3 N m² at Y = 20 GPa, beam

@@ -87,11 +87,10 @@ std::vector<double> passages(const Readings& readings, double rest, double least
 
 /// Where the stem was held: between two passages, of which the second is that of the first swing.
 struct Hold {
-    double begin = 0.0;   ///< of the time on the held side
-    double passage = 0.0; ///< through the final position after the release
+    double begin = 0.0; ///< of the time on the held side
     double period = 0.0;
     double decay_per_cycle = 0.0; ///< of the amplitude, logarithmic
-    std::vector<double> swings{}; ///< passages from then on
+    std::vector<double> swings{}; ///< passages through the final position after the release
 };
 
 /// Largest distance from `rest` between two times.
@@ -103,7 +102,7 @@ double amplitude_between(const Readings& readings, double begin, double end, dou
 }
 
 /// Logarithmic decrement over the swings between passages; the first still contains other modes.
-double decay_of(const Readings& readings, const std::vector<double>& passed, double rest) {
+double decay_of(const Readings& readings, std::span<const double> passed, double rest) {
     if (passed.size() < 4)
         return 0.0;
     const std::size_t last = passed.size() - 1;
@@ -123,41 +122,40 @@ double longest_gap(const Readings& readings, double begin, double end) {
     return longest;
 }
 
-/// The interval before the passage i, of two or more; up to seven show the first swings.
+/// The passages from the i-th on, seven at most: those of the first swings.
+std::span<const double> first_passages(std::span<const double> passed, std::size_t i) {
+    return passed.subspan(i, std::min<std::size_t>(7, passed.size() - i));
+}
+
+/// The interval before the passage i, of two or more.
 Hold hold_before(const Readings& readings, const std::vector<double>& passed, std::size_t i,
                  double rest) {
-    const std::vector<double> swings(passed.begin() + std::ptrdiff_t(i), passed.end());
-    const std::vector<double> first(swings.begin(),
-                                    swings.begin() + std::min<std::ptrdiff_t>(7, ssize(swings)));
-    // A wrong centre makes the halves of a period unequal, not their mean.
-    const double period = 2.0 * (first.back() - first.front()) / double(first.size() - 1);
+    const std::span<const double> first = first_passages(passed, i);
     const double begin = i == 0 ? readings.times.front() : passed[i - 1];
-    return {begin, passed[i], period, decay_of(readings, first, rest), swings};
+    const std::vector<double> swings(passed.begin() + std::ptrdiff_t(i), passed.end());
+    return {begin, mean_period(first), decay_of(readings, first, rest), swings};
 }
 
-/// The last interval before a passage that is longer than half a period. Passages are not seen in
-/// gaps, and not of swings that hardly exceed `least`, the distance from which a side counts.
-std::optional<Hold> last_hold(const Readings& readings, const std::vector<double>& passed,
-                              double rest, double least) {
+/// Index of the passage that ends the hold: the first after the last held reading or, if that is
+/// not known, the last that comes more than half a period after the one before. Passages are not
+/// seen in gaps, and not of swings that hardly exceed `least`, the distance from which a side
+/// counts.
+std::optional<std::size_t> end_of_hold(const Readings& readings, const std::vector<double>& passed,
+                                       double rest, double least, std::optional<double> last_held) {
     constexpr double longer = 1.3; // than half a period; a beat changes it by less
-    for (std::size_t i = passed.size() - std::min<std::size_t>(1, passed.size()); i-- > 0;) {
-        Hold hold = hold_before(readings, passed, i, rest);
-        const double half = 0.5 * hold.period;
-        if (i == 0 || (hold.passage - hold.begin > longer * half &&
-                       longest_gap(readings, hold.begin, hold.passage) < 0.5 * half &&
-                       amplitude_between(readings, hold.begin, hold.passage, rest) > 3.0 * least))
-            return hold;
+    if (last_held) {
+        const auto after =
+            std::size_t(std::ranges::upper_bound(passed, *last_held) - passed.begin());
+        return after + 2 <= passed.size() ? std::optional(after) : std::nullopt;
+    }
+    for (std::size_t i = std::max<std::size_t>(1, passed.size()) - 1; i-- > 0;) {
+        const double half = 0.5 * mean_period(first_passages(passed, i));
+        if (i == 0 || (passed[i] - passed[i - 1] > longer * half &&
+                       longest_gap(readings, passed[i - 1], passed[i]) < 0.5 * half &&
+                       amplitude_between(readings, passed[i - 1], passed[i], rest) > 3.0 * least))
+            return i;
     }
     return std::nullopt;
-}
-
-/// That before the first passage after the last held reading.
-std::optional<Hold> stated_hold(const Readings& readings, const std::vector<double>& passed,
-                                double rest, double last_held) {
-    const auto after = std::ranges::upper_bound(passed, last_held) - passed.begin();
-    if (std::ssize(passed) < after + 2)
-        return std::nullopt;
-    return hold_before(readings, passed, std::size_t(after), rest);
 }
 
 /// A curve of the motion after a release, from the time at which the hand begins to open.
@@ -182,10 +180,9 @@ Candidate sudden_release(const ReleaseCurve& curve, bool is_beam) {
     for (int k = 0; k <= points; ++k) {
         const double t = k * sudden.step;
         const double angle = 2.0 * pi * t / curve.period;
-        sudden.values.push_back(is_beam
-                                    ? curve.at(t)
-                                    : std::exp(-decay * t / curve.period) *
-                                          (std::cos(angle) + decay / (2.0 * pi) * std::sin(angle)));
+        const double one_mode = std::exp(-decay * t / curve.period) *
+                                (std::cos(angle) + decay / (2.0 * pi) * std::sin(angle));
+        sudden.values.push_back(is_beam ? curve.at(t) : one_mode);
     }
     return sudden;
 }
@@ -215,7 +212,7 @@ class HeldFit {
             std::optional<std::size_t> last_held)
         : readings_(readings),
           rest_(rest), curve_{relative_height, hold.period, hold.decay_per_cycle},
-          passage_(hold.passage), begin_(std::max(hold.begin, passage_ - 1.5 * hold.period)),
+          passage_(hold.swings.front()), begin_(std::max(hold.begin, passage_ - 1.5 * hold.period)),
           last_held_(last_held) {}
 
     [[nodiscard]] const ReleaseCurve& curve() const { return curve_; }
@@ -390,8 +387,7 @@ SineFit fit_sine(const Readings& readings, std::size_t begin, double angular_fre
 
 /// The best of frequencies about that of the period.
 SineFit best_sine(const Readings& readings, std::size_t begin, double period, double decay) {
-    SineFit best;
-    best.squares = infinity;
+    SineFit best{0.0, infinity};
     for (double factor = 0.9; factor < 1.1; factor += 0.004)
         if (const SineFit fit = fit_sine(readings, begin, 2.0 * pi * factor / period, decay);
             fit.squares < best.squares)
@@ -400,6 +396,10 @@ SineFit best_sine(const Readings& readings, std::size_t begin, double period, do
 }
 
 } // namespace
+
+double mean_period(std::span<const double> passages) {
+    return 2.0 * (passages.back() - passages.front()) / double(passages.size() - 1);
+}
 
 double centre_of_swing(std::span<const double> times, std::span<const double> positions,
                        double begin, double expected_period) {
@@ -433,7 +433,7 @@ double centre_of_swing(std::span<const double> times, std::span<const double> po
     const std::vector<double> last(passed.end() - std::min<std::ptrdiff_t>(9, std::ssize(passed)),
                                    passed.end());
     const double period = last.size() > 2 || (last.size() == 2 && expected_period == 0.0)
-                              ? 2.0 * (last.back() - last.front()) / double(last.size() - 1)
+                              ? mean_period(last)
                               : expected_period;
     if (period == 0.0)
         return level;
@@ -464,35 +464,35 @@ SwingRelease find_swing_release(std::span<const double> times, std::span<const d
     const double noise = noise_of(readings);
     double rest = middle_of(readings, readings.size() / 2);
     const double widest = amplitude_between(readings, -infinity, infinity, rest);
-    std::optional<Hold> hold;
+    Hold hold;
     for (int round = 0; round < 2; ++round) { // the centre needs the time of the release
         const double least = std::max(5.0 * noise, 0.05 * widest);
         const std::vector<double> passed = passages(readings, rest, least);
-        hold = last_held ? stated_hold(readings, passed, rest, *last_held)
-                         : last_hold(readings, passed, rest, least);
-        if (!hold)
+        const auto end = end_of_hold(readings, passed, rest, least, last_held);
+        if (!end)
             throw core::InputError(
                 "no release was found: the stem is not held away from its final position, or does "
                 "not swing through it twice afterwards");
-        rest = centre_of_swing(times, positions, hold->passage, hold->period);
+        hold = hold_before(readings, passed, *end, rest);
+        rest = centre_of_swing(times, positions, hold.swings.front(), hold.period);
     }
     std::optional<std::size_t> held_index;
     if (last_held)
         held_index =
             std::max<std::size_t>(1, readings.at(std::nextafter(*last_held, infinity))) - 1;
-    const HeldFit fitted(readings, *hold, rest, relative_height, held_index);
-    SwingRelease release = averaged(fitted, hold->period, noise);
+    const HeldFit fitted(readings, hold, rest, relative_height, held_index);
+    SwingRelease release = averaged(fitted, hold.period, noise);
     release.rest = rest;
-    release.decay_per_cycle = hold->decay_per_cycle;
-    release.passages = hold->swings;
+    release.decay_per_cycle = hold.decay_per_cycle;
+    release.passages = hold.swings;
     // A turning point in place of a hold is short and no straight line.
     const double pull = std::abs(release.held - rest);
-    const double still = release.time - std::max(hold->begin, readings.times.front());
+    const double still = release.time - std::max(hold.begin, readings.times.front());
     const bool is_line = release.noise <= std::max(0.01 * pull, std::min(1.5 * noise, 0.03 * pull));
     release.held_begin =
         begin_of_hold(readings, release, std::max(5.0 * release.noise, 0.01 * pull));
-    if (!last_held && (release.held_count < 2 || still < 0.05 * hold->period ||
-                       (still < 0.35 * hold->period && !is_line) || pull < 5.0 * release.noise))
+    if (!last_held && (release.held_count < 2 || still < 0.05 * hold.period ||
+                       (still < 0.35 * hold.period && !is_line) || pull < 5.0 * release.noise))
         throw core::InputError("no release was found: the record begins in the middle of a swing");
     return release;
 }

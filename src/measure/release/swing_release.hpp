@@ -46,6 +46,10 @@ struct SwingRelease {
                                               double relative_height,
                                               std::optional<double> last_held = std::nullopt);
 
+/// Twice the mean time between two or more passages. A wrong centre makes the halves of a period
+/// unequal, not their mean.
+[[nodiscard]] double mean_period(std::span<const double> passages);
+
 /// The position about which a history swings from the time `begin` on: the constant of a
 /// least-squares fit of one damped sine to the last cycles; the mean if it does not swing. NaN
 /// without a reading. `expected_period` is used if too few swings remain to see it; 0: not known.

@@ -1,14 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "core/order_statistics.hpp"
-#include "measure/release/release_curve.hpp"
-#include "measure/track/ring_down.hpp"
+#include "measure/track/axis_record.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <limits>
-
-#include <fmt/core.h>
 
 namespace culm::measure {
 
@@ -73,29 +69,6 @@ LineValue line_value(const double* columns, const double* uncertainties, int row
 }
 
 } // namespace
-
-std::vector<std::string> find_jumps(const SwingRelease& release, double relative_height) {
-    std::vector<std::string> remarks;
-    const std::vector<double>& passages = release.passages;
-    // A jump does not change the median time between passages.
-    const double period =
-        passages.size() < 5 ? release.period : 2.0 * core::median_interval(passages);
-    double noise = release.noise / std::abs(release.held - release.rest); // over the amplitude
-    double before = release.time;
-    double expected =
-        ReleaseCurve{relative_height, period, release.decay_per_cycle}.first_passage();
-    for (const double passage : passages) {
-        if (std::abs(passage - before - expected) > (0.04 + 2.0 * noise) * period)
-            remarks.push_back(fmt::format(
-                "between the frames {:.0f} and {:.0f} the swing jumps as if frames were lost or "
-                "doubled there; give their numbers as missing_frames if so",
-                std::floor(before), std::ceil(passage)));
-        before = passage;
-        expected = 0.5 * period;
-        noise *= std::exp(0.5 * release.decay_per_cycle);
-    }
-    return remarks;
-}
 
 std::vector<double> AxisRecord::history(std::size_t place) const {
     std::vector<double> values(numbers.size());

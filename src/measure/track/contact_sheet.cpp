@@ -133,9 +133,8 @@ std::vector<std::size_t> frames_of_sheet(const Track& track) {
     const std::size_t held = track.window.last_held;
     std::vector<std::size_t> chosen{track.first_kept, held};
     // A wrong release or a lost axis is visible in the first swing, so it gets six frames.
-    const double period = 1.0 / track.window.cycles_per_frame();
     for (int k = 1; k <= 6; ++k)
-        chosen.push_back(held + std::size_t(std::lround(period * k / 6.0)));
+        chosen.push_back(held + std::size_t(std::lround(track.window.period() * k / 6.0)));
     for (auto& frame : chosen)
         frame = std::min(frame, track.last_kept);
     const std::size_t begin = chosen.back();

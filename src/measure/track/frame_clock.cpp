@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // When each frame was taken: by its number and the camera's rate, or by the file's time stamps.
 #include "core/error.hpp"
-#include "core/order_statistics.hpp"
 #include "measure/track/track.hpp"
 
 #include <algorithm>

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"
+#include "measure/release/release_curve.hpp"
 #include "measure/track/track.hpp"
 
 #include <algorithm>
@@ -140,7 +141,7 @@ std::vector<double> spread_about_swing(const RingDownWindow& window, const AxisR
     std::vector<double> result;
     for (std::size_t h = 0; h < record.places.size(); ++h)
         result.push_back(scatter_about_swing(record.times, record.history(h), record.times[begin],
-                                             window.period, window.release.decay_per_cycle));
+                                             window.period(), window.release.decay_per_cycle));
     return result;
 }
 
@@ -178,45 +179,41 @@ void find_noise(RingDownWindow& window, const AxisRecord& record) {
     window.noise_source = "residual of a damped sine in the last cycles";
 }
 
-/// A location, its history, and the release there.
+/// The history of a location, (frames), and what is known of the window from it.
 struct WatchedPlace {
-    std::size_t place = 0;
-    std::vector<double> column; ///< (frames)
-    SwingRelease release;
-    std::size_t last_held = 0; ///< as in RingDownWindow
-    std::size_t held_frames = 0;
+    std::vector<double> column;
+    RingDownWindow window;
 };
 
 /// Counts the frames in which the stem is held: at the same position, before the release.
 void count_held(WatchedPlace& watched, const AxisRecord& record, const WindowOptions& options) {
-    const SwingRelease& release = watched.release;
-    const double pull = std::abs(release.held - release.rest);
-    const double close = std::max({4.0 * release.noise, 0.005 * pull, 0.05});
+    RingDownWindow& window = watched.window;
+    const SwingRelease& release = window.release;
+    const double close = std::max({4.0 * release.noise, 0.005 * window.pull(), 0.05});
     const auto is_held = [&](std::size_t k) {
         return std::abs(watched.column[k] - release.held) <= close;
     };
-    std::size_t last = 0;
     for (std::size_t k = 0; k < record.times.size() && record.times[k] <= release.time; ++k)
         if (is_held(k))
-            last = k;
-    watched.last_held = options.release_frame.value_or(last);
-    for (std::size_t k = watched.last_held + 1;
+            window.last_held = k;
+    window.last_held = options.release_frame.value_or(window.last_held);
+    for (std::size_t k = window.last_held + 1;
          k-- > 0 && record.times[k] >= release.held_begin && is_held(k);)
-        ++watched.held_frames;
-    watched.held_frames = std::max<std::size_t>(1, watched.held_frames);
+        ++window.held_frames;
+    window.held_frames = std::max<std::size_t>(1, window.held_frames);
 }
 
 WatchedPlace watch(const AxisRecord& record, std::size_t place, const WindowOptions& options) {
-    WatchedPlace watched;
-    watched.place = place;
-    watched.column = record.history(place);
+    WatchedPlace watched{record.history(place), {}};
+    RingDownWindow& window = watched.window;
+    window.watched = place;
     refuse_still_stem(watched.column, options.source);
     std::optional<double> last_held;
     if (options.release_frame)
         last_held = record.times[*options.release_frame];
     try {
-        watched.release = find_swing_release(record.times, watched.column,
-                                             record.places[place] / options.length, last_held);
+        window.release = find_swing_release(record.times, watched.column,
+                                            record.places[place] / options.length, last_held);
     } catch (const core::InputError& error) {
         throw core::InputError(fmt::format(
             "{}: {}. If the recording shows the release, give the last frame in which the stem is "
@@ -235,7 +232,7 @@ bool shows_release(const WatchedPlace& watched) {
                              column.begin() + std::ptrdiff_t(std::min(end, column.size())),
                              [](double value) { return std::isnan(value); });
     };
-    const std::size_t moving = watched.last_held + 1;
+    const std::size_t moving = watched.window.last_held + 1;
     return 10 * unseen(0, moving) <= std::ptrdiff_t(moving) && unseen(moving, moving + 4) == 0;
 }
 
@@ -270,27 +267,43 @@ std::vector<double> rest_positions(const RingDownWindow& window, const AxisRecor
         rest.push_back(window.is_rest_seen
                            ? core::median(known(std::span(columns).subspan(*window.rest_begin)))
                            : centre_of_swing(record.times, columns, window.release.passages.front(),
-                                             window.period));
+                                             window.period()));
     }
     return rest;
+}
+
+/// Remarks about frames that were lost or doubled: there a passage of the swing through its rest
+/// comes 4 % of a period too early or too late. `relative_height` is that of the location.
+std::vector<std::string> find_jumps(const SwingRelease& release, double relative_height) {
+    std::vector<std::string> remarks;
+    const std::vector<double>& passages = release.passages;
+    // A jump does not change the median time between passages.
+    const double period =
+        passages.size() < 5 ? release.period : 2.0 * core::median_interval(passages);
+    double noise = release.noise / std::abs(release.held - release.rest); // over the amplitude
+    double before = release.time;
+    double expected =
+        ReleaseCurve{relative_height, period, release.decay_per_cycle}.first_passage();
+    for (const double passage : passages) {
+        if (std::abs(passage - before - expected) > (0.04 + 2.0 * noise) * period)
+            remarks.push_back(fmt::format(
+                "between the frames {:.0f} and {:.0f} the swing jumps as if frames were lost or "
+                "doubled there; give their numbers as missing_frames if so",
+                std::floor(before), std::ceil(passage)));
+        before = passage;
+        expected = 0.5 * period;
+        noise *= std::exp(0.5 * release.decay_per_cycle);
+    }
+    return remarks;
 }
 
 } // namespace
 
 RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& options) {
-    const WatchedPlace watched = choose_place(record, options);
-    const std::vector<double>& column = watched.column;
-    const std::vector<double>& passages = watched.release.passages;
-    RingDownWindow window;
-    window.release = watched.release;
-    window.last_held = watched.last_held;
-    window.held_frames = watched.held_frames;
-    window.period = 2.0 * (passages.back() - passages.front()) / double(passages.size() - 1);
-    window.watched = watched.place;
-    const std::size_t settled =
-        std::min(column.size(), window.last_held + std::size_t(std::ceil(1.5 * window.period)));
+    auto [column, window] = choose_place(record, options);
+    const std::size_t settled = window.last_held + std::size_t(std::ceil(1.5 * window.period()));
     window.moving_noise = spread_about_swing(window, record, std::min(settled, column.size() - 1));
-    double reading = std::fmax(0.0, window.moving_noise[watched.place]);
+    double reading = std::fmax(0.0, window.moving_noise[window.watched]);
     if (window.held_frames >= fewest_still_frames) {
         const std::size_t end = window.last_held + 1;
         reading = std::max(reading, deviation_of(column, end - window.held_frames, end));
@@ -298,10 +311,10 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
     // In a hundred periods at rest of some 16 frames each, the largest scatter is 1.6 times the
     // reading's deviation; a swing that adds as much has an amplitude of 1.8 deviations.
     window.rest_begin =
-        find_rest(column, window.last_held + 1, window.period, 1.6 * std::max(reading, 0.02));
+        find_rest(column, window.last_held + 1, window.period(), 1.6 * std::max(reading, 0.02));
     window.is_rest_seen =
         window.rest_begin && column.size() - *window.rest_begin >= fewest_still_frames;
-    if (!window.is_rest_seen && passages.size() < 3)
+    if (!window.is_rest_seen && window.release.passages.size() < 3)
         throw core::InputError(fmt::format(
             "{}: the recording ends before the stem is at rest, and shows too little of the swing "
             "to determine the rest position",
@@ -309,8 +322,8 @@ RingDownWindow find_ring_down(const AxisRecord& record, const WindowOptions& opt
     window.rest = rest_positions(window, record);
     find_noise(window, record);
     if (record.is_even())
-        window.remarks = find_jumps(window.release, record.places[watched.place] / options.length);
-    if (window.release.uncertainty > 0.02 * window.period)
+        window.remarks = find_jumps(window.release, record.places[window.watched] / options.length);
+    if (window.release.uncertainty > 0.02 * window.period())
         window.remarks.push_back(fmt::format(
             "the moment of release is uncertain by {:.1g} frames (standard): was the stem let go "
             "slowly, or are frames missing there?",

@@ -122,10 +122,9 @@ void choose_frames(Track& track) {
         int(std::min<std::size_t>(50, std::max<std::size_t>(1, window.held_frames)))));
     track.first_kept = window.last_held + 1 - std::min(window.last_held + 1, before);
     track.last_kept = track.rows.numbers.size() - 1;
-    if (track.settings.trim_after_rest && window.rest_begin) {
-        const auto period = std::size_t(std::ceil(1.0 / window.cycles_per_frame()));
-        track.last_kept = std::min(track.last_kept, *window.rest_begin + 2 * period);
-    }
+    if (track.settings.trim_after_rest && window.rest_begin)
+        track.last_kept = std::min(
+            track.last_kept, *window.rest_begin + 2 * std::size_t(std::ceil(window.period())));
 }
 
 /// Millimetres with five decimals resolve a hundredth of a camera's resolution.

@@ -4,9 +4,10 @@
 
 #include "core/interval.hpp"
 #include "measure/folder/measurement.hpp"
+#include "measure/release/swing_release.hpp"
+#include "measure/track/axis_record.hpp"
 #include "measure/track/frames/frame_image.hpp"
 #include "measure/track/frames/frame_source.hpp"
-#include "measure/track/ring_down.hpp"
 #include "measure/track/stem_trace.hpp"
 
 #include <cmath>
@@ -113,7 +114,6 @@ struct RingDownWindow {
     SwingRelease release;                  ///< at the place watched, in frames and pixels
     std::size_t last_held = 0;             ///< index of the last frame in which the stem is held
     std::size_t held_frames = 0;           ///< up to and including it, held at the same position
-    double period = 0.0;                   ///< mean over the swings seen, frames
     std::optional<std::size_t> rest_begin; ///< index of the first frame at rest
     /// (places) column, pixels: the median of the frames after the motion has died down or, if the
     /// recording ends before, the centre of the decaying swing.
@@ -130,7 +130,9 @@ struct RingDownWindow {
     std::vector<double> moving_noise;
     std::vector<std::string> remarks;
 
-    [[nodiscard]] double cycles_per_frame() const { return 1.0 / period; } ///< of the swing
+    /// Of the swing, in frames: the mean over all that are seen.
+    [[nodiscard]] double period() const { return mean_period(release.passages); }
+    [[nodiscard]] double cycles_per_frame() const { return 1.0 / period(); }
     /// −1 if the stem was pulled toward smaller columns, otherwise 1.
     [[nodiscard]] int sign() const { return release.held < release.rest ? -1 : 1; }
     /// Distance from the rest at which it was held, pixels.

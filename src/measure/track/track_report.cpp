@@ -171,8 +171,8 @@ std::string summary_text(const Track& track) {
         measurement.heights[window.watched] * 1e3, window.held_frames);
     text += fmt::format("    swing    {:.2f} Hz, {:.1f} frames per cycle; as a plain beam, E = "
                         "{:.3g} GPa\n    stem     {}\n",
-                        window.cycles_per_frame() * track.frames_per_second,
-                        1.0 / window.cycles_per_frame(), modulus_of_swing(track) * 1e-9,
+                        window.cycles_per_frame() * track.frames_per_second, window.period(),
+                        modulus_of_swing(track) * 1e-9,
                         stem_line(measurement.stem, modulus_of_swing(track)));
     text += fmt::format(
         "    rest     {}\n",

@@ -2,10 +2,8 @@
 // Scales of a stem: those of a uniform cantilever beam.
 #pragma once
 
+#include "core/cantilever.hpp"
 #include "physics/stem.hpp"
-
-#include <cmath>
-#include <numbers>
 
 namespace culm::physics {
 
@@ -24,12 +22,10 @@ namespace culm::physics {
     return bending_rigidity(stem) / stem.free_length();
 }
 
-/// First natural frequency of the Euler-Bernoulli cantilever, 1.8751²/(2πL²) √(E I/m'), Hz.
+/// First natural frequency of the Euler-Bernoulli cantilever, Hz.
 [[nodiscard]] inline double first_frequency(const StemParameters<double>& stem) {
-    constexpr double root = 1.8751040687119611; // of cos x cosh x = −1
-    const double length = stem.free_length();
-    return root * root / (2.0 * std::numbers::pi * length * length) *
-           std::sqrt(bending_rigidity(stem) / mass_per_length(stem));
+    return core::cantilever_frequency(stem.free_length(), bending_rigidity(stem),
+                                      mass_per_length(stem));
 }
 
 } // namespace culm::physics

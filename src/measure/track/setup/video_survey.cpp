@@ -318,21 +318,21 @@ json checks_json() {
             {"mass_per_length_over_density_area", 2.0 / 3.0}};
 }
 
-/// If the frames last unequally long by the file's time stamps: their first rate, and a remark.
-void add_unequal_frames(const FrameSource& source, json& out) {
+/// If the frames last unequally long by the file's time stamps: their times, in those of the first,
+/// and in `out` their first rate and a remark.
+std::vector<double> unequal_times(const FrameSource& source, json& out) {
     std::vector<std::string> remarks;
-    TrackSettings settings;
-    settings.fps =
-        source.stated_fps().value_or(1.0); // is used only if the frames last equally long
-    const FrameClock clock =
-        frame_clock(source, first_frames(source.numbers().size()), settings, remarks);
-    if (std::ranges::equal(clock.times, clock.numbers))
-        return;
-    settings.fps.reset();
-    out["proposed_fps"] =
-        frame_clock(source, first_frames(source.numbers().size()), settings, remarks)
-            .frames_per_second;
-    out["remarks"].push_back(remarks.back());
+    try {
+        const FrameClock clock =
+            frame_clock(source, first_frames(source.numbers().size()), TrackSettings(), remarks);
+        if (remarks.empty())
+            return {};
+        out["proposed_fps"] = clock.frames_per_second;
+        out["remarks"].push_back(remarks.front());
+        return clock.times;
+    } catch (const core::InputError&) {
+        return {}; // frames of equal duration, whose rate a person must state
+    }
 }
 
 } // namespace
@@ -358,12 +358,14 @@ json survey_video(const FrameSource& source, int threads) {
              {"checks", checks_json()}};
     if (source.stated_fps())
         out["stated_fps"] = *source.stated_fps();
-    add_unequal_frames(source, out);
+    const std::vector<double> times = unequal_times(source, out);
     std::vector<ShownFrame> shown;
     try {
         const auto [stem, width] = clearest_stem(source, threads);
         const std::vector<std::size_t> frames = frames_to_trace(source, stem, width, threads);
         Track track = traced(source, frames, stem, width, threads);
+        for (std::size_t k = 0; k < frames.size() && !times.empty(); ++k)
+            track.rows.times[k] = times[frames[k]];
         const std::string remark = find_motion(track);
         out["remark"] = remark;
         out["detected"] = stem_json(track, remark.empty());

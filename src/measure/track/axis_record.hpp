@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The columns of a stem's axis in all frames, by picture row and at chosen heights, and the motion
-// that they show: release, swing, and frames that are missing.
+// The columns of a stem's axis in all frames, by picture row and at chosen heights.
 #pragma once
-
-#include "measure/release/swing_release.hpp"
 
 #include <algorithm>
 #include <cstddef>
-#include <optional>
 #include <span>
-#include <string>
 #include <vector>
 
 namespace culm::measure {
@@ -47,10 +42,5 @@ struct AxisRecord {
 /// seen or the height is outside the seen rows.
 [[nodiscard]] AxisRecord at_heights(const AxisRecord& rows, double clamp_row,
                                     const std::vector<double>& heights, int rows_per_height);
-
-/// Remarks about frames that were lost or doubled: there a passage of the swing through its rest
-/// comes 4 % of a period too early or too late. `relative_height` is that of the location.
-[[nodiscard]] std::vector<std::string> find_jumps(const SwingRelease& release,
-                                                  double relative_height);
 
 } // namespace culm::measure
