@@ -271,7 +271,7 @@ run::CaseSpec case_beside_errors(const StemModel& model) {
 }
 
 StemModel baseline_model(const measure::Measurement& measurement, const ChainOptions& options) {
-    if (const std::string doubt = measure::doubt_of_zero(measurement, 0.4); !doubt.empty())
+    if (const std::string doubt = measure::doubt_of_zero(measurement, true); !doubt.empty())
         throw core::InputError(fmt::format("{}: {}", measurement.stem.id, doubt));
     StemChain chain = chain_of(measurement, options);
     StemModel model{chain.spec, baseline_free_parameters(), 0.0, 0.0, std::move(chain.remarks), {},

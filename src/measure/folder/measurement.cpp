@@ -119,26 +119,26 @@ std::string stem_line(const MeasuredStem& stem, double youngs_modulus) {
         beam_frequency(stem, youngs_modulus));
 }
 
-std::string doubt_of_zero(const Measurement& measurement, double least) {
+std::string doubt_of_zero(const Measurement& measurement, bool is_from_hold) {
     const std::size_t row = measurement.heights.size() - 1;
     if (measurement.release == ReleaseKind::HeldStraight ||
+        (is_from_hold && measurement.release == ReleaseKind::Moving) ||
         measurement.gravity_direction == GravityDirection::Transverse ||
         !is_of_camera(measurement.sensors, row))
         return {};
     std::vector<double> all = measurement.history(row);
-    std::vector<double> late(all.begin() + std::ptrdiff_t(all.size() / 2), all.end());
-    for (std::vector<double>* values : {&all, &late})
-        std::erase_if(*values, [](double value) { return std::isnan(value); });
+    std::erase_if(all, [](double value) { return std::isnan(value); });
+    const std::vector<double> late(all.begin() + std::ptrdiff_t(all.size() / 2), all.end());
     if (late.size() < 12)
         return {};
     const double middle = 0.5 * (core::quantile(late, 0.02) + core::quantile(late, 0.98));
-    const auto [low, high] = std::ranges::minmax(all);
-    if (std::abs(middle) <= least * (high - low))
+    const double range = std::ranges::max(all) - std::ranges::min(all);
+    if (std::abs(middle) <= 0.25 * range || (is_from_hold && std::abs(all.front()) > 0.1 * range))
         return {};
     return fmt::format(
         "the stem swings about {:.3g} mm at h = {:g} mm, not about 0. Deflections count from the "
-        "undeformed stem, so no model will fit: subtract the rest position from each column (culm "
-        "import does it with [motion] zero = \"at_rest\")",
+        "undeformed stem, so only one that is curved at rest will fit: subtract the rest position "
+        "from each column (culm import does it with [motion] zero = \"at_rest\")",
         1e3 * middle, 1e3 * measurement.heights[row]);
 }
 

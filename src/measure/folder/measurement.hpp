@@ -232,8 +232,8 @@ struct Measurement {
 [[nodiscard]] std::string_view to_string(Reading reading);
 
 /// A sentence, with the remedy, if the middle of the highest camera reading's swing is further from
-/// 0 than a share of its range; otherwise empty. Readings that count from the held position have a
-/// share of half or more.
-[[nodiscard]] std::string doubt_of_zero(const Measurement& measurement, double least);
+/// 0 than a quarter of its range; otherwise empty. `is_from_hold`: only if the readings also begin
+/// near 0, as those that count from the held position, and not those of a curved stem.
+[[nodiscard]] std::string doubt_of_zero(const Measurement& measurement, bool is_from_hold);
 
 } // namespace culm::measure

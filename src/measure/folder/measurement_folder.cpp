@@ -142,7 +142,7 @@ Measurement read_measurement(const fs::path& folder) {
     if (measurement.release == ReleaseKind::Moving)
         begin_at_start(folder, measurement);
     remove_offsets(folder, measurement);
-    if (const std::string doubt = doubt_of_zero(measurement, 0.25); !doubt.empty())
+    if (const std::string doubt = doubt_of_zero(measurement, false); !doubt.empty())
         measurement.remarks.push_back(fmt::format("{}: {}", folder.string(), doubt));
     return measurement;
 }
