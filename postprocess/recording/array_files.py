@@ -69,6 +69,14 @@ def chosen_length(columns: dict[int, Arrays], wanted: list[str]) -> int:
     return max(timed or columns, key=lambda length: (0 if timed else len(columns[length]), length))
 
 
+def begins_with_times(matrix: np.ndarray) -> bool:
+    """Whether the first column ascends in equal steps."""
+    if matrix.ndim != 2 or matrix.shape[1] < 2 or not ascends(matrix[:, 0]):
+        return False
+    steps = np.diff(matrix[:, 0].astype(float))
+    return bool(np.ptp(steps) < 0.01 * np.median(steps))
+
+
 def rate_among(scalars: Arrays) -> StatedRate | None:
     for pattern, is_rate in ((RATE_NAME, True), (INTERVAL_NAME, False)):
         for name, value in scalars:
@@ -85,14 +93,17 @@ def table_of_arrays(entries: dict, wanted: list[str]) -> RecordedTable:
         if values.ndim > 0 and len(values) > 1:
             groups[len(values)] += columns_of(name, values)
     if not groups:
-        has = ", ".join(f"{name} ({getattr(value, 'dtype', type(value).__name__)}, shape "
-                        f"{getattr(value, 'shape', ())})" for name, value in entries.items())
+        has = ", ".join(f"{name:.40} ({getattr(value, 'dtype', type(value).__name__)}, shape "
+                        f"{getattr(value, 'shape', ())})" for name, value in list(entries.items())[:8])
         raise Refusal("no numeric array of one or two dimensions is in it, which is what is "
                       f"allowed; it has {has or 'nothing'}")
     length = chosen_length(groups, wanted)
     times = [c for c in groups[length] if TIME_NAME.fullmatch(c[0]) and ascends(c[1])]
     rest = [c for c in groups[length] if all(c is not time for time in times)]
-    columns = (times or [("frame", np.arange(length))]) + rest
+    if not times and not any(begins_with_times(array) for _, array in found
+                             if array.ndim > 0 and len(array) == length):
+        times = [("frame", np.arange(length))]
+    columns = times + rest
     repeated = sorted({name for name, _ in columns if [n for n, _ in columns].count(name) > 1})
     if repeated:
         raise Refusal(f"two columns would be named '{repeated[0]}'; different names are allowed")
@@ -132,12 +143,13 @@ def matlab_hdf5(source: Path) -> dict:
 
 
 def matlab_table(source: Path, wanted: list[str]) -> RecordedTable:
+    import h5py
     from scipy.io import loadmat
+    if h5py.is_hdf5(source):
+        return table_of_arrays(matlab_hdf5(source), wanted)
     with source.open("rb") as stream:
         try:
             entries = loadmat(stream, squeeze_me=True, struct_as_record=False)
-        except NotImplementedError:
-            return table_of_arrays(matlab_hdf5(source), wanted)
         except Exception as error:  # scipy raises many kinds for a damaged file
             raise Refusal(f"it is not a whole MATLAB file ({error!r}); save it with -v7") from None
     return table_of_arrays({k: v for k, v in entries.items() if not k.startswith("__")}, wanted)

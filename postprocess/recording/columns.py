@@ -21,15 +21,20 @@ SPELLINGS = {unit: unit for units in UNITS.values() for unit in units} | {
 WORDS = {"acceleration": r"acc.*|a[xyz]?", "velocity": r"vel.*|v[xyz]?",
          "strain": r"strain.*|eps.*",
          "displacement": r"disp.*|x|y|z|defl.*|laser.*|pos.*|weg.*|tip.*"}
+OTHER_QUANTITY = re.compile(r"rot.*|angle.*|gyro.*|mag.*|temp.*|force.*|load.*|stress.*|pressure.*")
+VOLTAGES = ("v", "mv", "volt", "volts")
 # Units of columns that a stem's motion does not have.
-FOREIGN_UNITS = {"volts", "volt", "v", "mv", "°c", "degc", "deg", "rad", "n", "kn", "a", "ma", "hz"}
+FOREIGN_UNITS = {"°c", "degc", "deg", "rad", "n", "kn", "a", "ma", "hz"}
 TIME_SPELLINGS = {"s": "s", "sec": "s", "second": "s", "seconds": "s", "ms": "ms", "us": "us",
                   "ns": "ns", "milliseconds": "ms", "microseconds": "us", "nanoseconds": "ns",
-                  "millis": "ms"}
+                  "millis": "ms", "msec": "ms", "micros": "us", "usec": "us", "nsec": "ns",
+                  "min": "min", "minutes": "min", "hours": "h", "days": "day"}
 # Columns about a reading: no motion, but they may say that a reading is invalid.
 FLAG_NAME = re.compile(r"(.*[\s_.])?(sigma|status|status_?flag|flag|valid|validity|quality|lost|"
-                       r"state|error|match|confidence|overload|overrange|trigger)([\s_.].*)?",
+                       r"state|error|match|confidence|likelihood|score|visible|visibility|overload|"
+                       r"overrange|trigger)([\s_.].*)?",
                        re.IGNORECASE)
+INSTRUMENT = re.compile(r"laser|lvdt|sensor|probe|gauge|\bch(annel)?\b", re.IGNORECASE)
 MOST_SENSORS = 8
 MOVING_SHARE = 0.05  # of the scatter of the record; held frames scatter by less
 
@@ -42,6 +47,8 @@ class Sensor:
     unit: str | None
     is_guess: bool
     is_unit_usual: bool = False  # the usual unit of such files, not in the name
+    is_voltage: bool = False
+    is_of_instrument: bool = False
 
 
 @dataclass
@@ -53,6 +60,14 @@ class Record:
     sensors: list[Sensor]
     unused: list[str]
     begins_moving: bool = False
+
+    @property
+    def heights(self) -> list[Sensor]:
+        """Columns that are positions of the stem, as of a tracked point, not of an instrument."""
+        units = {sensor.unit for sensor in self.sensors if sensor.quantity == "displacement"}
+        return [sensor for sensor in self.sensors if sensor.quantity == "displacement"
+                and len(units) == 1 and not (sensor.is_guess or sensor.is_voltage
+                                             or sensor.is_of_instrument)]
 
 
 def plain(name: str) -> str:
@@ -89,35 +104,46 @@ def ascent(table: RecordedTable, k: int) -> int:
             return 0
     elif np.all(steps > 0):
         return 2
-    return 1 if np.mean(steps >= 0) > 0.95 and np.mean(steps > 0) > 0.3 else 0
+    is_named = is_time(table.titles[k]) and bool(np.any(steps > 0))
+    return 1 if np.mean(steps >= 0) > 0.95 and (is_named or np.mean(steps > 0) > 0.3) else 0
 
 
 def stated_time_unit(table: RecordedTable, k: int) -> str | None:
     if k in table.clocks:
         return "s"
+    title = table.titles[k]
     named = TIME_SPELLINGS.get(plain(table.units[k] or "").strip("[]()"))
-    found = split_unit(table.names[k], TIME_SPELLINGS)[1]
-    words = re.findall(r"[^\W_]+", plain(table.names[k]))
+    found = split_unit(title, TIME_SPELLINGS)[1]
+    words = re.findall(r"[^\W_]+", plain(title))
     if found is None and any(word in ("seconds", "sec") for word in words):
         found = "s"
-    return named or found or ("frame" if "frame" in table.names[k].lower() else None)
+    return named or found or ("frame" if "frame" in title.lower() else None)
 
 
 def time_column(table: RecordedTable) -> int | None:
     """The time column; None if there is none."""
     order = {k: ascent(table, k) for k in range(len(table.names))}
-    named = [k for k, found in order.items() if found and is_time(table.names[k])]
+    named = [k for k, found in order.items() if found and is_time(table.titles[k])]
     if named:  # times before frames, a stated unit before a guess, an ascent in every row first
-        return min(named, key=lambda k: ("frame" in table.names[k].lower(),
+        return min(named, key=lambda k: ("frame" in table.titles[k].lower(),
                                          stated_time_unit(table, k) is None, -order[k]))
     usable = [k for k, found in order.items() if found == 2]
-    named = [name for name in table.names if is_time(name)]
+    named = [k for k, title in enumerate(table.titles) if is_time(title)]
     if named and not table.rate:
-        raise Refusal(f"the time column '{named[0]}' does not ascend; correct it, or state "
-                      "[time] rate_hz in a mapping")
+        refuse_descent(table, named[0])
     if usable and not named:
         return usable[0]
     return None
+
+
+def refuse_descent(table: RecordedTable, k: int):
+    reason = "contains text"
+    if table.is_numeric(k):
+        back = np.flatnonzero(np.diff(table.values(k)) < 0) + 1
+        reason = (f"goes back {len(back)} times ({table.where(back)})" if back.size
+                  else "never changes")
+    raise Refusal(f'the time column "{table.titles[k]}" {reason}; correct it, or state [time] '
+                  "rate_hz in a mapping")
 
 
 def time_unit(table: RecordedTable, k: int) -> tuple[str, bool]:
@@ -125,13 +151,15 @@ def time_unit(table: RecordedTable, k: int) -> tuple[str, bool]:
     if unit := stated_time_unit(table, k):
         return unit, False
     steps = np.diff(table.columns[k])
-    is_count = not is_time(table.names[k]) and bool(np.all(steps == 1))
+    is_count = not is_time(table.titles[k]) and bool(np.all(steps == 1))
     return ("frame" if is_count else guessed_unit(table.columns[k])), True
 
 
 def quantity_of(text: str) -> str | None:
-    """The quantity that a word names."""
+    """The quantity that a word names; None for another quantity along an axis."""
     words = re.findall(r"[^\W_\d]+", text)
+    if any(OTHER_QUANTITY.fullmatch(word) for word in words):
+        return None
     return next((quantity for quantity, pattern in WORDS.items()
                  if any(re.fullmatch(pattern, word) for word in words)), None)
 
@@ -141,7 +169,7 @@ def sensor_of(name: str, header_unit: str | None, usual_unit: str | None,
     """An axis alone (x, y, z) is a coordinate, or what the file's name says."""
     rest, unit = split_unit(name, SPELLINGS)
     unit = SPELLINGS.get(plain(header_unit or "").strip("[]()")) or unit
-    named = quantity_of(rest)
+    named = quantity_of(re.sub(r"\b(channel|ch)[ _]?[a-z]\b", "", rest))
     is_axis = re.fullmatch(r"[xyz]", rest) is not None
     of_file = quantity_of(plain(file_name)) if is_axis else None
     named = of_file or ("displacement" if is_axis else named)
@@ -152,7 +180,22 @@ def sensor_of(name: str, header_unit: str | None, usual_unit: str | None,
     is_usual = unit is None and quantity == "displacement" and usual_unit is not None
     unit = usual_unit if is_usual else unit
     return Sensor(name, quantity, unit if unit in UNITS[quantity] else None,
-                  not (named or of_unit) or of_file is not None, is_usual)
+                  not (named or of_unit) or of_file is not None, is_usual,
+                  plain(header_unit or "").strip("[]()") in VOLTAGES,
+                  INSTRUMENT.search(f"{name} {file_name}") is not None)
+
+
+def contradiction(table: RecordedTable, k: int, stated: str) -> str | None:
+    """What the file says about the unit of a column if it is not the stated one."""
+    title = table.titles[k] or table.names[k]
+    written = (table.units[k] or "").strip("[]()")
+    is_voltage = plain(written) in VOLTAGES
+    found = written if is_voltage else (SPELLINGS.get(plain(written))
+                                        or split_unit(title, SPELLINGS)[1])
+    if found in (None, stated) or stated == "px":
+        return None
+    remedy = "state [source] factors" if is_voltage else "the mapping counts"
+    return f'column "{title}" is in {found} by the file, and in {stated} by the mapping: {remedy}'
 
 
 def usual_half_swing(values: np.ndarray) -> float:
@@ -167,7 +210,7 @@ def usual_half_swing(values: np.ndarray) -> float:
 
 def is_reading(table: RecordedTable, k: int) -> bool:
     """Whether a column may be a motion: numbers that vary, and no flag, time or other quantity."""
-    name, unit = table.names[k], plain(table.units[k] or "").strip("[]()")
+    name, unit = table.titles[k] or table.names[k], plain(table.units[k] or "").strip("[]()")
     if not table.is_numeric(k) or is_time(name) or FLAG_NAME.fullmatch(name):
         return False
     if unit in FOREIGN_UNITS:
@@ -182,6 +225,8 @@ def is_reading(table: RecordedTable, k: int) -> bool:
 def begins_moving(columns: dict[str, np.ndarray]) -> bool:
     """Whether every reading moves within the first quarter of a swing, at least ten samples."""
     for values in columns.values():
+        if not np.any(np.isfinite(values)):
+            continue
         first = values[:max(10, int(0.5 * usual_half_swing(values)))]
         first = first[np.isfinite(first)]
         if first.size > 1 and first.std() < MOVING_SHARE * np.nanstd(values):
@@ -195,7 +240,9 @@ def record_of(table: RecordedTable, usual_unit: str | None, file_name: str) -> R
     of_header = SPELLINGS.get(plain(table.length_unit or ""))
     readings = [n for n in range(len(table.names)) if n != k and is_reading(table, n)]
     sensors = [sensor_of(table.names[n], table.units[n], usual_unit, of_header, file_name)
-               for n in readings][:MOST_SENSORS]
+               for n in readings]
+    named = [sensor for sensor in sensors if not sensor.is_guess]
+    sensors = (named or sensors)[:MOST_SENSORS]
     if not sensors:
         texts = [f'"{name}" contains text, such as "{column[0]}"' for name, column
                  in zip(table.names, table.columns) if column.dtype == object and column.size]

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 
 from recording.recorded_table import StatedRate
-from recording.text_form import TextForm, cells_of, is_number
+from recording.text_form import TextForm, cells_of, is_number, is_value
 
 # In the order of preference: of an exported file, the export's rate counts.
 RATE_KEYS = (r"export frame rate", r"(capture |camera )?frame ?rate( \(?(hz|fps)\)?)?", r"fps",
@@ -23,6 +23,8 @@ UNIT_WORDS = {"s", "sec", "second", "seconds", "ms", "us", "ns", "mm", "cm", "m"
               "meter", "meters", "metres", "millimeters", "volt", "volts", "v", "mv", "g", "m/s",
               "mm/s", "m/s2", "mm/s2", "m/s^2", "m/s²", "hz", "deg", "rad", "n", "kn", "px",
               "pixel", "um/m", "ue", "µε", "µm", "-", "°c", "c", "a", "frames"}
+
+UNIT_KEY = re.compile(r"(y[_ ])?units?([_ ]label)?s?")
 
 
 def without_brackets(cell: str) -> str:
@@ -82,9 +84,14 @@ def stated_rate(lines: list[str], form: TextForm) -> StatedRate | None:
 
 
 def header_row(line: str, form: TextForm, width: int) -> list[str] | None:
-    """The cells of a line of names: the number of a row's cells or up to two more, and most are no numbers."""
-    marked = line.lstrip()
-    cells = cells_of(marked[1:] if marked.startswith("#") else line, form.delimiter)
+    """The cells of a line of names: the number of a row's cells or up to two more, and most are no numbers.
+    Names between spaces may contain one: "Time (s)   Tip (mm)"."""
+    marked = line.strip()
+    marked = marked[1:].strip() if marked.startswith("#") else line
+    cells = cells_of(marked, form.delimiter)
+    if form.delimiter == " " and len(cells) != width:
+        apart = re.split(r"\s{2,}|\t", marked.strip())
+        cells = apart if len(apart) == width else cells
     if not width <= len(cells) <= width + 2 or not any(cells):
         return None
     filled = [cell for cell in cells if cell]
@@ -123,7 +130,7 @@ def with_groups(names: list[str], above: list[str], form: TextForm, width: int) 
         if len(set(names)) == len(names):
             break
         cells = cells_of(line, form.delimiter)
-        if not 1 < len(cells) <= width + 2:
+        if not 1 < len(cells) <= width + 2 or is_fact(cells, form):
             continue
         groups, last = [], ""
         for cell in cells + [""] * (len(names) - len(cells)):
@@ -136,11 +143,20 @@ def with_groups(names: list[str], above: list[str], form: TextForm, width: int) 
     return names
 
 
+def is_fact(cells: list[str], form: TextForm) -> bool:
+    """Whether a line is a key with values ("X0,0.0,0.0", "Y_Unit_Label,mm,Volts"), and no line of
+    names over several columns."""
+    values = [cell for cell in cells[1:] if cell]
+    return bool(cells[0]) and bool(values) and (
+        len(set(values)) == 1 or all(is_value(cell, form.decimal) for cell in values)
+        or UNIT_KEY.fullmatch(cells[0].lower()) is not None)
+
+
 def unit_of_lengths(lines: list[str], form: TextForm) -> str | None:
-    """The unit that a line "Length Units,Meters" states for all positions."""
+    """The unit that a line "Length Units,Meters" or "Unit: mm" states for all positions."""
     for line in lines:
         for cell, values in pairs_of(line, form):
-            if values and re.fullmatch(r"(length|position) units?", key_of(cell)[0]):
+            if values and re.fullmatch(r"((length|position) )?units?", key_of(cell)[0]):
                 return values[0]
     return None
 
@@ -149,6 +165,6 @@ def unit_labels(above: list[str], form: TextForm) -> list[str]:
     """The units in a line "Y_Unit_Label,mm,Volts", by column."""
     for line in reversed(above):
         cells = cells_of(line, form.delimiter)
-        if len(cells) > 1 and re.fullmatch(r"(y[_ ])?units?([_ ]label)?s?", cells[0].lower()):
+        if len(cells) > 1 and UNIT_KEY.fullmatch(cells[0].lower()):
             return ["", *cells[1:]]
     return []

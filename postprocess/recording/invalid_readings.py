@@ -26,6 +26,9 @@ COMPARE = {"<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_
            "=": np.equal, "==": np.equal, "!=": np.not_equal}
 FEWEST_EQUAL = 3  # at the end of the range; one more elsewhere
 MOST_STATES = 6
+# Of a tracked point, as DeepLabCut and SLEAP write it; 0.6 is DeepLabCut's own limit (pcutoff).
+PROBABILITY = re.compile(r"likelihood|confidence|score|probability", re.IGNORECASE)
+LEAST_LIKELY = 0.6
 MOVING_DIGITS = 3.0  # per sample
 
 
@@ -81,6 +84,9 @@ def likely_conditions(table: RecordedTable, used: list[str]) -> list[str]:
         if table.is_numeric(k):
             values = table.values(k)
             values = values[np.isfinite(values)]
+            if PROBABILITY.search(name) and values.size and 0.0 <= values.min() <= values.max() <= 1.0:
+                found += [f"{name} < {LEAST_LIKELY}"] if np.median(values) > LEAST_LIKELY else []
+                continue
             if np.any(values == -1.0) and np.all((values == -1.0) | (values >= 0.0)):
                 found.append(f"{name} < 0")
                 continue
@@ -101,16 +107,28 @@ def report(text: str, key: str, is_assumed: bool, assumed: list[Assumption], not
         notes.append(text)
 
 
-def flagged_rows(table: RecordedTable, used: list[str],
-                 options: InvalidOptions) -> tuple[np.ndarray, list[Assumption], list[str]]:
-    invalid = np.zeros(table.row_count, bool)
+def flagged_columns(condition: str, names: list[str], used: list[str]) -> list[str]:
+    """Those that a condition is about: "tip likelihood" is about "tip x", "SIGMA" about all."""
+    column = CONDITION.fullmatch(condition)[1]
+    point = f"{column.rpartition(' ')[0]} "
+    has_point = any(name.startswith(point) for name in names if name != column)
+    return [name for name in used if name.startswith(point)] if has_point else used
+
+
+def flagged_rows(table: RecordedTable, used: list[str], options: InvalidOptions
+                 ) -> tuple[dict[str, np.ndarray], list[Assumption], list[str]]:
+    """The rows that are invalid, by column."""
+    invalid = {name: np.zeros(table.row_count, bool) for name in used}
     assumed, notes = [], []
     stated = options.invalid_if
     for condition in likely_conditions(table, used) if stated is None else stated:
-        rows = condition_rows(table, condition) & ~invalid
-        if not np.any(rows):
+        rows = condition_rows(table, condition)
+        about = flagged_columns(condition, table.names, used)
+        rows &= ~np.logical_and.reduce([invalid[name] for name in about])
+        if not about or not np.any(rows):
             continue
-        invalid |= rows
+        for name in about:
+            invalid[name] |= rows
         text = (f"{counted(int(rows.sum()), 'row')} with {condition} "
                 f"{'is a gap' if rows.sum() == 1 else 'are gaps'} ({table.where(np.flatnonzero(rows))})")
         report(text, "[source] invalid_if", stated is None, assumed, notes)
@@ -160,6 +178,8 @@ def stuck_rows(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
             clipped[begin:end] = True
         elif abs(values[end] - values[begin]) > digit if end < values.size else False:
             frozen[begin + 1:end] = True  # the first is a reading
+    for value in np.unique(values[clipped]):
+        clipped |= values == value  # also where the stem is held or turns beyond the range
     return clipped, frozen
 
 
@@ -170,7 +190,7 @@ def without_invalid(table: RecordedTable, used: list[str],
     columns = {}
     for name in used:
         values = table.values(table.names.index(name))
-        values[flagged] = np.nan
+        values[flagged[name]] = np.nan
         marks = options.missing_values
         for mark in marks_in(values) if marks is None else marks:
             rows = np.flatnonzero(values == mark)

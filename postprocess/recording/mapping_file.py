@@ -16,10 +16,11 @@ from recording.invalid_readings import InvalidOptions
 from recording.refusal import Refusal
 from recording.text_form import DELIMITERS
 from recording.text_table import TextOptions
+from recording.time_stamps import UNITS as TIME_UNITS
 
 KEYS = {
     "source": ["file", "delimiter", "decimal", "skip_lines", "encoding", "missing_values",
-               "invalid_if", "stuck_values"],
+               "invalid_if", "stuck_values", "factors"],
     "time": ["column", "rate_hz", "unit", "repeated_times", "release_s", "before_s", "after_s",
              "readings_per_mean"],
     "motion": ["unit", "mm_per_px", "axis", "sign", "zero"],
@@ -52,6 +53,7 @@ class Mapping:
     source: Path
     text: TextOptions
     invalid: InvalidOptions
+    factors: dict[str, float] = field(default_factory=dict)  # by column
     has_markers: bool = False
     time_column: str | None = None
     rate_hz: float | None = None
@@ -222,6 +224,12 @@ def read_source(section: Section, mapping: Mapping, folder: Path, named: Path | 
                                section.number("skip_lines", 0, 100_000), section.text("encoding"))
     if mapping.text.decimal == "," and word == ",":
         section.fault("decimal", "the delimiter is a comma too")
+    factors = section.typed("factors", dict, "a table of columns and numbers")
+    for column, factor in (factors or {}).items():
+        if isinstance(factor, bool) or not isinstance(factor, (int, float)) or factor == 0:
+            section.fault("factors", f'the factor of "{column}" must be a number that is not 0')
+        else:
+            mapping.factors[column] = float(factor)
     stuck = section.word("stuck_values", ("gap", "keep"))
     mapping.invalid = InvalidOptions(section.numbers("missing_values"), section.texts("invalid_if"),
                                      stuck == "keep")
@@ -240,7 +248,7 @@ def read_time(section: Section, mapping: Mapping):
     elif "rate_hz" not in section.content:
         section.missing("column", "the name or the number of the time column, in quotes (or "
                                   "rate_hz, the samples per second of a recording without times)")
-    mapping.time_unit = section.word("unit", ("s", "ms", "us", "ns", "frame")) or "s"
+    mapping.time_unit = section.word("unit", (*TIME_UNITS, "frame")) or "s"
     if mapping.time_unit == "frame" and not mapping.fps:
         section.fault("unit", "frame numbers need [camera] fps")
     mapping.repeated_times = section.word("repeated_times", ("spread", "drop"))

@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from recording.averaged_rows import average_down
+from recording.columns import contradiction
 from recording.invalid_readings import without_invalid
 from recording.mapping_file import MOTION_UNITS, Mapping
 from recording.recorded_table import Assumption, RecordedTable, counted
@@ -92,6 +93,12 @@ def series_of(table: RecordedTable, mapping: Mapping,
             raise Refusal(f'column "{column}" contains text, such as '
                           f'"{str(table.columns[table.names.index(column)][0])[:30]}"')
     values, assumed, notes = without_invalid(table, used, mapping.invalid)
+    for name, factor in mapping.factors.items():
+        column = table.names[column_index(table, name)]
+        if column not in values:
+            raise Refusal(f'[source] factors: column "{column}" is not used; remove it')
+        values[column] = factor * values[column]
+    notes += unit_notes(table, mapping)
     sensors = {sensor["column"] for sensor in mapping.sensors}
     factor = MOTION_UNITS[mapping.unit] * mapping.mm_per_px * mapping.sign
     series = {}
@@ -110,6 +117,17 @@ def series_of(table: RecordedTable, mapping: Mapping,
             value = values[parts[0]][kept]
             series[name] = value if name in sensors else factor * value
     return series, assumed, notes
+
+
+def unit_notes(table: RecordedTable, mapping: Mapping) -> list[str]:
+    """Columns whose unit in the file is not that of the mapping."""
+    if mapping.has_markers:
+        return []
+    stated = {name: mapping.unit for name in mapping.names_used()} | {
+        sensor["column"]: sensor["unit"] for sensor in mapping.sensors}
+    notes = [contradiction(table, column_index(table, name), unit) for name, unit in stated.items()
+             if name not in mapping.factors]
+    return [note for note in notes if note]
 
 
 def mean_of(series: dict[str, np.ndarray], names: list[str]) -> np.ndarray:
@@ -259,7 +277,9 @@ def estimate_noise(measured: Measured, mapping: Mapping):
         before = before[np.isfinite(before)]
         scatter.append((before.size, np.std(before, ddof=1) if before.size > 1 else 0.0))
     fewest = min(size for size, _ in scatter)
-    if fewest < FEWEST_FRAMES_FOR_NOISE or min(value for _, value in scatter) <= 0.0:
+    if fewest < FEWEST_FRAMES_FOR_NOISE or any(
+            value <= 1e-9 * np.nanmax(np.abs(row.values)) for row, (_, value)
+            in zip(measured.rows, scatter)):
         measured.notes.append(f"the noise cannot be estimated from {counted(count, 'frame')} before "
                               "the release; set [measurement] noise_mm")
         return

@@ -19,7 +19,7 @@ from recording.recorded_file import USUAL_UNITS, recorded_table
 from recording.recorded_table import Assumption, RecordedTable
 from recording.refusal import Refusal
 from recording.text_table import TextOptions
-from recording.time_stamps import rate_of, times_of
+from recording.time_stamps import rate_of, times_of, unwrapped
 from report import write_whole
 
 MOST_SHOWN = 4  # columns
@@ -79,8 +79,11 @@ def columns_found(record: Record) -> list[str]:
 
 def summary(recording: Path, mapping: Path, table: RecordedTable, record: Record,
             seconds: np.ndarray | None, assumptions: list[Assumption]) -> list[str]:
-    motion = ("The record begins in motion: the release was not recorded." if record.begins_moving
-              else "The record begins at rest: the release will be detected.")
+    motion = "The record begins at rest: the release will be detected."
+    if record.begins_moving:
+        motion = "The record begins in motion: the release was not recorded."
+    elif all(sensor.quantity != "displacement" for sensor in record.sensors):
+        motion = "The record begins at rest: state the time of the release."
     complete = textwrap.wrap(f"Fill in the commented lines: {keys_to_complete(table, record)}.", WIDTH)
     if record.time is None:
         time = "  no time column: " + (
@@ -88,7 +91,9 @@ def summary(recording: Path, mapping: Path, table: RecordedTable, record: Record
             "the rate must be stated")
     else:
         guess = " (a guess)" if record.is_unit_guess else ""
-        time = f"  {short(record.time, 50)}: time in {record.time_unit}{guess}"
+        title = table.titles[table.names.index(record.time)]
+        name = f'column {record.time}, "{title}"' if title != record.time else record.time
+        time = f"  {short(name, 50)}: time in {record.time_unit}{guess}"
     return [f"{short(recording.name, 40)}: {extent(table, record, seconds)}", time,
             *columns_found(record), *assumed_lines(assumptions), *map(short, table.notes), motion,
             f"Written: {mapping}", *complete, f"Then run: {next_command(mapping)}"]
@@ -102,14 +107,14 @@ def time_assumptions(table: RecordedTable,
         return None, None, []
     rate = table.rate.hertz if table.rate else None
     column = table.columns[k] if k is not None else None
-    repeats = column is not None and table.is_numeric(k) and bool(np.any(np.diff(column) <= 0))
+    steps = np.diff(unwrapped(column)[0]) if column is not None and table.is_numeric(k) else []
     repair = None
-    if repeats:
-        repair = "drop" if np.any(np.diff(column) < 0) else "spread"
+    if np.any(np.less_equal(steps, 0)):
+        repair = "drop" if np.any(np.less(steps, 0)) else "spread"
     times, assumed = times_of(table, k, record.time_unit, rate, repair)
     if record.is_unit_guess:
         assumed.insert(0, Assumption(f'times are in {record.time_unit}, which the name '
-                                     f'"{record.time}" does not state', "[time] unit"))
+                                     f'"{table.titles[k]}" does not state', "[time] unit"))
     return times.seconds, repair, assumed
 
 

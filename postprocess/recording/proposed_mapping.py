@@ -10,6 +10,7 @@ from recording.columns import UNITS, Record, Sensor
 from recording.mapping_file import toml_value
 from recording.recorded_table import RecordedTable
 from recording.text_form import DELIMITERS
+from recording.time_stamps import UNITS as TIME_UNITS
 
 MOST_UNUSED = 50
 HEAD = """\
@@ -30,7 +31,7 @@ STEM = """
 """
 
 
-def source_lines(file: str, table: RecordedTable) -> list[str]:
+def source_lines(file: str, table: RecordedTable, record: Record) -> list[str]:
     lines = ["[source]", f"file = {toml_value(file)}"]
     if table.form is not None:
         word = next(word for word, sign in DELIMITERS.items() if sign == table.form.delimiter)
@@ -39,6 +40,9 @@ def source_lines(file: str, table: RecordedTable) -> list[str]:
             lines.append('decimal = ","')
     if table.skip_lines:
         lines.append(f"skip_lines = {table.skip_lines}")
+    if voltages := [toml_value(sensor.name) for sensor in record.sensors if sensor.is_voltage]:
+        lines.append(f"# factors = {{ {' = 1.0, '.join(voltages)} = 1.0 }}   # per volt of the column, "
+                     "from the sensor's sheet")
     return lines
 
 
@@ -49,18 +53,20 @@ def time_lines(table: RecordedTable, record: Record, repair: str | None) -> list
     elif record.time is None:
         lines.append(f"rate_hz = {table.rate.hertz:.12g}   # {table.rate.source}")
     else:
-        guess = "   # a guess; s, ms, us, ns or frame is allowed" if record.is_unit_guess else ""
+        guess = f"   # a guess; {', '.join(TIME_UNITS)} or frame is allowed" if record.is_unit_guess else ""
         lines += [f"column = {toml_value(record.time)}", f'unit = "{record.time_unit}"{guess}']
     if repair:
         lines.append(f'repeated_times = "{repair}"   # a guess; "spread" or "drop"')
     if record.begins_moving:
         lines += ["", "[release]",
                   'kind = "moving"   # the first readings move; else state [time] release_s']
-    else:
+    elif any(sensor.quantity == "displacement" for sensor in record.sensors):
         lines.append('release_s = "detect"')
+    else:
+        lines.append("# release_s =   # in the recording; it is detected in displacements only")
     if record.time_unit == "frame":
-        rate = f" {table.rate.hertz:.12g}" if table.rate else ""
-        lines += ["", "[camera]", f"# fps ={rate}   # frames per second of the recording"]
+        lines += ["", "[camera]", f"fps = {table.rate.hertz:.12g}   # {table.rate.source}" if table.rate
+                  else "# fps =   # frames per second of the recording"]
     return lines
 
 
@@ -68,9 +74,10 @@ def unit_line(sensor: Sensor) -> str:
     if sensor.unit is not None:
         scale = "   # a guess: Tracker's usual unit; the project's scale decides"
         return f'unit = "{sensor.unit}"' + (scale if sensor.is_unit_usual else "")
-    pixels = "; pixels: config/measurements/dic_dice.toml"
-    return (f"# unit =   # of the column, in quotes: {', '.join(UNITS[sensor.quantity])}"
-            + (pixels if sensor.quantity == "displacement" else ""))
+    if sensor.is_voltage:
+        return (f"# unit =   # of a reading times its factor, in quotes: "
+                f"{', '.join(UNITS[sensor.quantity])}")
+    return f"# unit =   # of the column, in quotes: {', '.join(UNITS[sensor.quantity])}"
 
 
 def sensor_lines(sensor: Sensor) -> list[str]:
@@ -82,6 +89,21 @@ def sensor_lines(sensor: Sensor) -> list[str]:
         lines.append("# mass_g =   # of the sensor, optional")
     if sensor.quantity == "strain":
         lines.append("# distance_from_axis_mm =   # of the gauge, toward positive deflection")
+    return lines
+
+
+def height_lines(sensors: list[Sensor]) -> list[str]:
+    """The zero is that of the stem at rest."""
+    if not sensors:
+        return []
+    pixels = '; or "px", with mm_per_px' if sensors[0].unit is None else ""
+    lines = ["", "[measurement]",
+             'reading = "material"   # a guess: of a marked point; "row" of a row of the picture',
+             "", "[motion]", unit_line(sensors[0]) + pixels,
+             'zero = "at_rest"   # a guess: the centre of the swing; before_release or as_given']
+    for sensor in sensors:
+        lines += ["", "[[height]]", f"columns = {toml_value(sensor.name)}",
+                  "# height_mm =   # above the clamp"]
     return lines
 
 
@@ -97,9 +119,11 @@ def unused_lines(names: list[str]) -> list[str]:
 
 def mapping_text(file: str, stem: str, table: RecordedTable, record: Record,
                  repair: str | None) -> str:
-    lines = source_lines(file, table) + time_lines(table, record, repair)
+    lines = source_lines(file, table, record) + time_lines(table, record, repair)
+    lines += height_lines(record.heights)
     for sensor in record.sensors:
-        lines += sensor_lines(sensor)
+        if sensor not in record.heights:
+            lines += sensor_lines(sensor)
     lines += unused_lines(record.unused) + ["", "[stem]", f"id = {toml_value(stem)}"]
     return HEAD + "\n" + "\n".join(lines) + STEM
 
@@ -107,8 +131,10 @@ def mapping_text(file: str, stem: str, table: RecordedTable, record: Record,
 def keys_to_complete(table: RecordedTable, record: Record) -> str:
     quantities = {sensor.quantity for sensor in record.sensors}
     keys = ["unit"] if any(sensor.unit is None for sensor in record.sensors) else []
-    keys += ["fps"] if record.time_unit == "frame" else []
+    keys += ["factors"] if any(sensor.is_voltage for sensor in record.sensors) else []
+    keys += ["fps"] if record.time_unit == "frame" and table.rate is None else []
     keys += ["rate_hz"] if record.time is None and table.rate is None else []
+    keys += [] if "displacement" in quantities or record.begins_moving else ["release_s"]
     keys.append("height_mm")
     keys += ["mass_g (optional)"] if "acceleration" in quantities else []
     keys += ["distance_from_axis_mm"] if "strain" in quantities else []

@@ -46,9 +46,18 @@ class RecordedTable:
     assumptions: list[Assumption] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     exact_texts: Callable[[int], list[str]] | None = None  # of a column's cells
+    titles: list[str] = field(default_factory=list)  # the names as written, which may repeat
 
     def __post_init__(self):
         self.units = self.units or [None] * len(self.names)
+        self.titles = self.titles or list(self.names)
+        for k, column in enumerate(self.columns):
+            infinite = np.flatnonzero(np.isinf(column)) if column.dtype.kind == "f" else []
+            if len(infinite):
+                self.columns[k] = np.where(np.isinf(column), np.nan, column)
+                self.notes.append(f'column "{self.names[k]}": {counted(len(infinite), "reading")} '
+                                  f"{is_or_are(len(infinite))} infinite, which is a gap "
+                                  f"({self.where(infinite)})")
 
     @property
     def row_count(self) -> int:
@@ -80,6 +89,10 @@ def spans_text(numbers) -> str:
     text = ", ".join(f"{a}" if a == b else f"{a}–{b}" for a, b in shown)
     rest = len(numbers) - sum(b - a + 1 for a, b in shown)
     return text + (f" and {rest} more" if rest else "")
+
+
+def is_or_are(count: int) -> str:
+    return "is" if count == 1 else "are"
 
 
 def counted(count: int, noun: str) -> str:

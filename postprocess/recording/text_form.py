@@ -13,6 +13,7 @@ from recording.refusal import Refusal
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 CLOCK = re.compile(r"(\d{4}[-/.]\d\d?[-/.]\d\d?[T ]?)?(\d\d?:\d\d:\d\d([.,]\d+)?)?Z?")
+GROUPED_DIGITS = re.compile(r"[+-]?\d{1,3}((,\d{3})+\.\d+|(\.\d{3})+,\d+)")
 GAPS = ("", "nan", "na", "n/a", "null", "none", "-nan", "#n/a")
 FORMS = [(delimiter, decimal) for delimiter in (";", "\t", ",", " ") for decimal in (".", ",")
          if delimiter != decimal]
@@ -100,6 +101,16 @@ def longest_run(lines: list[str], form: TextForm, fewest: int) -> Run:
     return best
 
 
+def refuse_grouped_digits(lines: list[str], delimiter: str | None, first_line: int):
+    """Numbers like 1,999.5 and 1.999,5 are ambiguous beside 1,999 (2 or 1999), so none is read."""
+    for number, line in enumerate(lines, first_line):
+        for sign in {delimiter} if delimiter else DELIMITERS.values():
+            for cell in cells_of(line, sign):
+                if GROUPED_DIGITS.fullmatch(cell):
+                    raise Refusal(f'line {number}: the digits of "{cell}" are in groups; export the '
+                                  "numbers without a separator of thousands")
+
+
 def form_and_run(lines: list[str], delimiter: str | None, decimal: str | None,
                  first_line: int) -> tuple[TextForm, Run]:
     """The form with the longest run of rows of two numbers; of one number if none has two."""
@@ -108,6 +119,7 @@ def form_and_run(lines: list[str], delimiter: str | None, decimal: str | None,
     if not forms:
         raise Refusal("the decimal sign and the delimiter are both a comma; state another "
                       "[source] delimiter or decimal")
+    refuse_grouped_digits(lines[:MOST_PROBED], delimiter, first_line)
     for fewest in (2, 1):
         runs = [(longest_run(lines[:MOST_PROBED], form, fewest), form) for form in forms]
         run, form = max(runs, key=lambda found: (found[0].rows, found[0].score))

@@ -13,10 +13,10 @@ import pandas
 from recording.clock_times import clock_seconds
 from recording.decoded_text import decoded_text
 from recording.header_facts import names_and_units, stated_rate, unit_of_lengths
-from recording.recorded_table import Assumption, RecordedTable, counted, spans_text
+from recording.recorded_table import Assumption, RecordedTable, counted, is_or_are, spans_text
 from recording.refusal import Refusal
-from recording.text_form import (TextForm, cells_of, form_and_run, is_number, is_row_with_texts,
-                                 score_of)
+from recording.text_form import (GAPS, TextForm, cells_of, form_and_run, is_number,
+                                 is_row_with_texts, is_value, score_of)
 
 
 @dataclass
@@ -50,14 +50,18 @@ def body_of(lines: list[str], form: TextForm, first: int, fewest: int) -> tuple[
     """The indices of the rows, and those of other lines that are not blank. The first thousand
     lines and those that begin with a letter are looked at; the rest are rows."""
     rows, others = [], []
-    width = len(cells_of(lines[first], form.delimiter))
+    first_cells = cells_of(lines[first], form.delimiter)
+    width, begins_with_value = len(first_cells), is_value(first_cells[0], form.decimal)
     for i in range(first, len(lines)):
         line = lines[i]
         if not line.strip():
             continue
         is_probed = i - first < 1000 or line.lstrip()[0] not in "0123456789+-."
-        if is_probed and score_of(line, form, fewest) == 0 and not is_row_with_texts(line, form,
-                                                                                width):
+        cell = (cells_of(line, form.delimiter) or [""])[0] if is_probed else ""
+        is_text_first = begins_with_value and not (cell.lower() in GAPS or
+                                                   is_value(cell, form.decimal))
+        if is_probed and (is_text_first or score_of(line, form, fewest) == 0) and (
+                not is_row_with_texts(line, form, width)):
             others.append(i)
         else:
             rows.append(i)
@@ -162,7 +166,7 @@ def text_table(file: Path, options: TextOptions) -> RecordedTable:
         stated_rate(lines[:first], form),
         length_unit=unit_of_lengths(above, form), form=form,
         skip_lines=0 if is_plain(lines, first - header_lines) else first - header_lines,
-        exact_texts=parsed.cells)
+        exact_texts=parsed.cells, titles=names)
     read_clocks(table)
     for k in range(count):
         if frame[k].dtype == object and table.is_numeric(k) and k not in table.clocks:
@@ -171,9 +175,9 @@ def text_table(file: Path, options: TextOptions) -> RecordedTable:
             table.notes += [note] if note else []
     if others:
         numbers = np.array(others) + 1
-        table.notes.append(f'{counted(len(others), "line")} below the first row '
-                           f'{"is" if len(others) == 1 else "are"} not part of the table and '
-                           f'{"is" if len(others) == 1 else "are"} not read: {spans_text(numbers)} '
+        verb = is_or_are(len(others))
+        table.notes.append(f'{counted(len(others), "line")} below the first row {verb} not part of '
+                           f"the table and {verb} not read: {spans_text(numbers)} "
                            f'("{lines[others[0]].strip()[:30]}")')
     table.assumptions += form_assumptions(table, options, encoding, first, header_lines)
     return table

@@ -15,8 +15,12 @@ from recording.recorded_table import Assumption, RecordedTable, counted
 from recording.refusal import Refusal
 
 UNITS = {"s": Fraction(1), "ms": Fraction(1, 10**3), "us": Fraction(1, 10**6),
-         "ns": Fraction(1, 10**9)}
-WORDS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds"}
+         "ns": Fraction(1, 10**9), "min": Fraction(60), "h": Fraction(3600),
+         "day": Fraction(86400)}
+WORDS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds",
+         "min": "minutes", "h": "hours", "day": "days"}
+COUNTERS = (2**16, 2**32)  # a counter of so many states returns to 0
+SERIAL_DAYS = (36_526.0, 73_051.0)  # of spreadsheets: 2000 to 2100
 SHORTEST_STEP, LONGEST_STEP = 1e-8, 1.0  # s between samples of a swing that can be analysed
 YEARS = (1e9, 4.2e9)  # s since 1970: 2001 to 2103
 EPOCH = 1e6  # s: larger times are not those since the start of a record
@@ -34,10 +38,12 @@ class Times:
 def guessed_unit(values: np.ndarray) -> str:
     """The unit in which the stamps are since 1970, or else the first with a plausible step."""
     first = float(values[0])
-    for unit, second in UNITS.items():
-        if YEARS[0] <= first * second <= YEARS[1]:
-            return unit
     step = median_step(values.astype(float))
+    if SERIAL_DAYS[0] <= first <= SERIAL_DAYS[1] and 0.0 < step < 1e-5:
+        return "day"
+    for unit in ("s", "ms", "us", "ns"):
+        if YEARS[0] <= first * UNITS[unit] <= YEARS[1]:
+            return unit
     return next((unit for unit, second in UNITS.items()
                  if SHORTEST_STEP <= step * float(second) <= 0.25), "s")
 
@@ -89,6 +95,19 @@ def stamps_in_seconds(table: RecordedTable, k: int, unit: str) -> tuple[np.ndarr
     return np.array([float((stamp - exact[0]) * scale) for stamp in exact]), exact[0] * scale
 
 
+def unwrapped(column: np.ndarray) -> tuple[np.ndarray, int]:
+    """Counts of which some returned to 0 after 2^16 or 2^32, as of a microcontroller, and the number
+    of states; 0 for others. After a return the steps must be as before."""
+    back = np.flatnonzero(np.diff(column) < 0)
+    for states in COUNTERS if back.size and np.all(np.isfinite(column)) else ():
+        if column.min() < 0 or column.max() >= states or np.any(column != np.floor(column)):
+            continue
+        steps = np.diff(column.astype(np.int64)) % states
+        if steps.max() <= 3 * np.median(steps):
+            return int(column[0]) + np.concatenate([[0], np.cumsum(steps)]), states
+    return column, 0
+
+
 def check_step(seconds: np.ndarray, name: str, unit: str, raw: np.ndarray | None):
     """Refuses a sampling interval that no swing can be analysed with, with the plausible unit."""
     step = median_step(seconds)
@@ -104,13 +123,29 @@ def check_step(seconds: np.ndarray, name: str, unit: str, raw: np.ndarray | None
 
 
 def since_1970(raw: np.ndarray, unit: str) -> str:
-    return " since 1970" if YEARS[0] <= float(raw[0]) * float(UNITS[unit]) <= YEARS[1] else ""
+    is_epoch = YEARS[0] <= float(raw[0]) * float(UNITS[unit]) <= YEARS[1]
+    return " since 1970" if is_epoch and unit != "day" else ""
 
 
 def resolution_of(seconds: np.ndarray) -> float:
     """The step to which the stamps are rounded: the smallest between different stamps."""
     steps = np.diff(seconds)
     return float(np.min(steps[steps > 0])) if np.any(steps > 0) else 0.0
+
+
+def refuse_set_back(table: RecordedTable, name: str, seconds: np.ndarray):
+    """Refuses times of which more than a few rows repeat earlier ones: dropping them would join two
+    records, or leave out a part of one."""
+    overlap = seconds <= np.maximum.accumulate(np.concatenate([[-np.inf], seconds[:-1]]))
+    back = np.flatnonzero(np.diff(seconds) < 0) + 1
+    rows = np.flatnonzero(overlap)
+    if back.size == 0 or rows.size <= max(3 * back.size, 0.01 * len(seconds)):
+        return
+    jump = seconds[back[0] - 1] - seconds[back[0]]
+    raise Refusal(f'column "{name}" goes back by {jump:.4g} s ({table.where(back)}), and '
+                  f"{counted(rows.size, 'row')} from there on repeat earlier times. If the samples go on "
+                  "without a pause, state [time] rate_hz instead of the column; if the file "
+                  "contains two records, split it there")
 
 
 def refuse_order(table: RecordedTable, name: str, seconds: np.ndarray):
@@ -165,6 +200,11 @@ def times_of(table: RecordedTable, column: int | None, unit: str, rate: float | 
     if unit == "frame":
         seconds, origin = table.values(column) / rate, Fraction(0)
     else:
+        if table.is_numeric(column):
+            table.columns[column], states = unwrapped(raw)
+            if states:
+                assumed.append(Assumption(f'"{name}" counts to {states - 1} and returns to 0',
+                                          "[time] rate_hz replaces the column"))
         seconds, origin = stamps_in_seconds(table, column, unit)
         check_step(seconds, name, unit, raw if table.is_numeric(column) else None)
     if origin:
@@ -172,6 +212,7 @@ def times_of(table: RecordedTable, column: int | None, unit: str, rate: float | 
                                   "recording's clock", "[time] rate_hz replaces the column"))
     kept = np.arange(count)
     if np.any(np.diff(seconds) <= 0):
+        refuse_set_back(table, name, seconds)
         if repair is None or (repair == "spread" and np.any(np.diff(seconds) < 0)):
             refuse_order(table, name, seconds)
         seconds, kept, done = repaired(seconds, repair)

@@ -32,9 +32,9 @@ TEST(SensorTables, GiveColumnsInSiUnitsInTheOrderOfTheHeights) {
     EXPECT_EQ(read.heights, (std::vector{0.005, 0.1}));
     EXPECT_EQ(read.times, (std::vector{0.0, 0.001, 0.0035, 0.004}));
     EXPECT_DOUBLE_EQ(read.sensors[0].high_pass, 0.5);
-    // The mean of the last half, 100 µm/m and 1 g, is removed.
-    EXPECT_NEAR(read.deflection(1, 0), 50e-6, 1e-12);
-    EXPECT_NEAR(read.deflection(0, 1), 0.5 * 9.80665, 1e-12);
+    // The mean of so few readings, 112.5 µm/m and 3.5/3 g, is removed.
+    EXPECT_NEAR(read.deflection(1, 0), 37.5e-6, 1e-12);
+    EXPECT_NEAR(read.deflection(0, 1), 9.80665 / 3.0, 1e-12);
     EXPECT_TRUE(std::isnan(read.deflection(1, 1)));
     ASSERT_EQ(read.stem.added_masses.size(), 1U);
     EXPECT_DOUBLE_EQ(read.stem.added_masses[0].mass, 0.005);
@@ -54,7 +54,7 @@ TEST(SensorTables, KeepTheSagOfASensorWhoseZeroIsStated) {
         return read.deflection(3, 0);
     };
     EXPECT_NEAR(deflection_at_rest("offset_uncertainty = 0.1\n"), 2e-3, 1e-15);
-    EXPECT_NEAR(deflection_at_rest(""), -0.5e-3, 1e-15);
+    EXPECT_NEAR(deflection_at_rest(""), -1e-3, 1e-15);
 }
 
 TEST(SensorTables, ReadBackAsWritten) {

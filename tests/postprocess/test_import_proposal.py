@@ -92,15 +92,17 @@ class Examples(Proposals):
         mapping = self.proposal(RECORDINGS / "matlab_recording.mat")
         self.assertEqual(mapping["source"], {"file": "matlab_recording.mat"})
         self.assertTrue((self.output / "matlab_recording.mat").is_file())
-        self.assertEqual([s["column"] for s in mapping["sensor"]], ["x 1", "x 2"])
-        self.assertEqual(self.text.count("# unit = "), 2)
+        self.assertEqual([h["columns"] for h in mapping["height"]], ["x 1", "x 2"])
+        self.assertEqual(self.text.count("# unit = "), 1)
+        self.assertEqual(mapping["motion"], {"zero": "at_rest"})
         self.assertIn("unit, height_mm", self.printed[-2])
 
     def test_tracker_is_in_the_unit_of_its_scale(self):
         mapping = self.proposal(RECORDINGS / "tracker.trk")
         self.assertEqual(mapping["time"], {"column": "t", "unit": "s", "release_s": "detect"})
-        self.assertEqual(mapping["sensor"][0],
-                         {"column": "tip x", "quantity": "displacement", "unit": "m"})
+        self.assertEqual(mapping["height"][0], {"columns": "tip x"})
+        self.assertEqual(mapping["motion"], {"unit": "m", "zero": "at_rest"})
+        self.assertEqual(mapping["measurement"], {"reading": "material"})
         self.assertIn('"clamp x"', self.text)  # constant
         self.assertIn("the project's scale", self.text)
 
@@ -111,8 +113,10 @@ class Examples(Proposals):
                          {"column": "FRAME", "unit": "frame", "release_s": "detect"})
         self.assertEqual(mapping["camera"], {})
         self.assertIn("# fps = ", self.text)
-        self.assertEqual(mapping["sensor"][0]["column"], "DISPLACEMENT_X")
-        self.assertIn('quantity = "displacement"   # a guess', self.text)
+        self.assertEqual(mapping["height"], [{"columns": "DISPLACEMENT_X"},
+                                             {"columns": "DISPLACEMENT_Y"}])
+        self.assertNotIn("sensor", mapping)
+        self.assertIn('"GAMMA"', self.text.split("not used:")[1])
 
 
 class Tables(Proposals):
@@ -135,7 +139,7 @@ class Tables(Proposals):
                          {"file": "log.csv", "delimiter": ";", "decimal": ","})
         self.assertEqual(mapping["time"],
                          {"column": "Zeit [ms]", "unit": "ms", "release_s": "detect"})
-        self.assertEqual(mapping["sensor"][0]["unit"], "um")
+        self.assertEqual(mapping["motion"]["unit"], "um")
 
     def test_without_header_columns_are_numbers(self):
         for separator, name in ((",", ","), ("\t", "tab"), ("   ", "space")):
@@ -146,7 +150,7 @@ class Tables(Proposals):
                 self.assertEqual(mapping["time"]["column"], "1")
                 self.assertEqual(mapping["sensor"][0]["column"], "2")
                 self.assertIn("# a guess: the name does not state it", self.text)
-                self.assertIn("# a guess; s, ms, us, ns or frame", self.text)
+                self.assertIn("# a guess; s, ms, us, ns, min, h, day or frame", self.text)
 
     def test_a_number_is_not_taken_for_a_cell_of_the_first_line(self):
         mapping = self.proposal_of("1,2\n2,5\n3,4\n")
@@ -158,7 +162,7 @@ class Tables(Proposals):
             f"{n},{n / 10},ok,{','.join(str((n * k) % 7 + n % 2) for k in range(10))}\n"
             for n in range(30)))
         self.assertEqual(mapping["time"]["column"], "t")
-        self.assertEqual(len(mapping["sensor"]), 8)
+        self.assertEqual(len(mapping["height"]), 8)
         self.assertRegex(self.text, r'# Columns that are not used: "i", "note", .*"x9"')
 
     def test_quantities_and_units_of_names(self):
@@ -196,7 +200,7 @@ class Refusals(Proposals):
                 ("a.csv", "", "file is empty"),
                 ("b.csv", "time_s,x\n", "no two lines"), ("c.csv", b"a\0b", "not a text file"),
                 ("d.csv", b"\xff\xfet\0", "no two lines"), ("e.xlsx", b"PK\x03\x04", "workbook"),
-                ("f.csv", "t,x\n1,2\n1,3\n", "'t' does not ascend"),
+                ("f.csv", "t,x\n1,2\n1,3\n", 'the time column "t" never changes'),
                 ("j.csv", "a,x\n1,3\n1,3\n", "readings that vary"),
                 ("g.csv", "t,x\n1,2\n2,2\n", "readings that vary"),
                 ("h.trk", "x", "not XML")):

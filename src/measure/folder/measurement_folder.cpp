@@ -5,6 +5,7 @@
 #include "core/order_statistics.hpp"
 #include "core/user_files.hpp"
 #include "measure/folder/measurement_files.hpp"
+#include "measure/release/swing_release.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -102,26 +103,21 @@ void begin_at_start(const fs::path& folder, Measurement& measurement) {
     measurement.start = 0.0;
 }
 
-/// Removes from each sensor's column the mean of its last half, unless the uncertainty of its zero
+/// Removes from each sensor's column the centre of its swing, unless the uncertainty of its zero
 /// is stated. The constant error that remains is a parameter of every fit.
 void remove_offsets(const fs::path& folder, Measurement& measurement) {
     for (std::size_t j = 0; j < measurement.sensors.size(); ++j) {
         const Sensor& sensor = measurement.sensors[j];
         if (sensor.is_camera() || sensor.offset_uncertainty)
             continue;
-        double sum = 0.0;
-        double count = 0.0;
-        for (std::size_t i = measurement.times.size() / 2; i < measurement.times.size(); ++i)
-            if (const double value = measurement.deflection(i, j); !std::isnan(value)) {
-                sum += value;
-                count += 1.0;
-            }
-        const double offset = sum / std::max(count, 1.0);
+        const double centre = centre_of_swing(measurement.times, measurement.history(j), 0.0);
+        const double offset = std::isnan(centre) ? 0.0 : centre;
         for (std::size_t i = 0; i < measurement.times.size(); ++i)
             measurement.deflections[i * measurement.heights.size() + j] -= offset;
         measurement.remarks.push_back(fmt::format(
-            "{}: the mean of column \"{}\", {:.4g} {}, was removed", folder.string(), sensor.column,
-            offset / unit_size(sensor.quantity, sensor.unit).value_or(1.0), sensor.unit));
+            "{}: the centre of the swing of column \"{}\", {:.4g} {}, was removed", folder.string(),
+            sensor.column, offset / unit_size(sensor.quantity, sensor.unit).value_or(1.0),
+            sensor.unit));
     }
 }
 
