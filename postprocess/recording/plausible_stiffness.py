@@ -75,9 +75,9 @@ def modulus_note(measured: Measured, mapping: Mapping) -> str | None:
     modulus = found[0] * (2.0 * math.pi * frequency * length ** 2 / FIRST_MODE) ** 2 / found[1]
     if LOWEST <= modulus <= HIGHEST:
         return None
-    better = [unit for unit, second in UNITS.items()
+    better = [unit for unit in ("s", "ms", "us", "ns")
               if mapping.time_unit in UNITS and not mapping.has_markers and not mapping.rate_hz
-              and LOWEST <= modulus * float(UNITS[mapping.time_unit] / second) ** 2 <= HIGHEST]
+              and LOWEST <= modulus * float(UNITS[mapping.time_unit] / UNITS[unit]) ** 2 <= HIGHEST]
     remedy = (f'with [time] unit = "{better[0]}" it would be plausible' if better else
               "check the rate, the lengths and the density")
     return (f"the swing has {frequency:.4g} Hz, for which beam theory gives Y = {modulus:.2g} Pa; "

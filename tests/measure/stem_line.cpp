@@ -25,6 +25,16 @@ TEST(StemLine, GivesWhatAPersonCanCheck) {
     EXPECT_NEAR(beam_frequency(steel, 206e9 / 1.5) / 39.81, 1.0, 1e-3);
 }
 
+TEST(StemLine, DoubtsAModulusThatNoMaterialHas) {
+    MeasuredStem stem;
+    stem.length = 0.3;
+    stem.section = CircularSection{5e-3, std::nullopt};
+    stem.density = 7850.0;
+    EXPECT_EQ(stem_line(stem, 3e9).find("no material"), std::string::npos);
+    EXPECT_NE(stem_line(stem, 3e12).find("no material has this Y"), std::string::npos);
+    EXPECT_NE(stem_line(stem, 3e3).find("no material has this Y"), std::string::npos);
+}
+
 TEST(DoubtOfZero, IsThatOfReadingsFromTheHeldPosition) {
     constexpr double amplitude = 8e-3; // m
     Measurement measurement;

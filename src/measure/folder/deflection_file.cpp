@@ -270,7 +270,7 @@ void read_line(const DelimitedLine& line, const DeflectionHeader& header, Measur
     }
 }
 
-/// Milliseconds or frame numbers instead of seconds are faults. Any other disagreement with the
+/// Another unit or frame numbers instead of seconds are faults. Any other disagreement with the
 /// camera's rate is a remark, because the times of the table are used.
 void check_frame_rate(Measurement& measurement, core::FileFaults& faults) {
     if (!measurement.frames_per_second || measurement.times.size() < 3)
@@ -279,12 +279,12 @@ void check_frame_rate(Measurement& measurement, core::FileFaults& faults) {
     // The median, because frames may be missing.
     const double step = core::median_interval(measurement.times);
     const double frames = step * rate;
-    if (std::abs(frames - 1000.0) < 20.0)
-        faults.add(0,
-                   fmt::format("times advance by {:.4g}, which is a frame in ms at {:g} frames/s: "
-                               "time_s must be in s",
-                               step, rate));
-    else if (step == 1.0 && rate > 2.0)
+    for (const auto& [unit, size] : {std::pair{"ms", 1e3}, {"us", 1e6}, {"ns", 1e9}, {"ks", 1e-3}})
+        if (std::abs(frames / size - 1.0) < 0.02)
+            faults.add(0, fmt::format("times advance by {:.4g}, which is a frame in {} at {:g} "
+                                      "frames/s: time_s must be in s",
+                                      step, unit, rate));
+    if (step == 1.0 && rate > 2.0)
         faults.add(0,
                    fmt::format("times advance by 1: these are frame numbers; divide them by {:g} "
                                "frames/s",

@@ -111,12 +111,15 @@ std::string stem_line(const MeasuredStem& stem, double youngs_modulus) {
     const double mass = stem.length * mass_per_length(stem);
     return fmt::format(
         "{:.4g} mm, {}, {} ({:.3g} g/m{}), EI {:.3g} N m² at Y = {:.4g} GPa, beam theory b2 = "
-        "{:.4g} Hz",
+        "{:.4g} Hz{}",
         1e3 * stem.length, section,
         mass < 1e-3 ? fmt::format("{:.3g} mg", 1e6 * mass) : fmt::format("{:.4g} g", 1e3 * mass),
         1e3 * mass_per_length(stem), otherwise,
         youngs_modulus * second_moment_of_area(stem.section), 1e-9 * youngs_modulus,
-        beam_frequency(stem, youngs_modulus));
+        beam_frequency(stem, youngs_modulus),
+        youngs_modulus >= 1e4 && youngs_modulus <= 1e12
+            ? ""
+            : "; no material has this Y: check the units of the lengths, the mass and the time");
 }
 
 std::string doubt_of_zero(const Measurement& measurement, bool is_from_hold) {
