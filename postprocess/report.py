@@ -13,6 +13,8 @@ import os
 import sys
 from pathlib import Path
 
+from needed_packages import require
+
 EXIT_BAD_INPUT = 2
 PROGRAM = "culm report"
 
@@ -48,14 +50,10 @@ def write_whole(file: Path, text: str):
 
 def main(arguments=None) -> int:
     options = parse(arguments)
-    try:
-        from report_page.contents import REFUSALS, NothingToReport, sections_of
-        from report_page.library import LibraryMissing, d3_js
-        from report_page.page import page_of
-    except ModuleNotFoundError as missing:
-        return refuse(f"{sys.executable} lacks the module '{missing.name}': "
-                      "jobs/install-packages.sh figures report installs what is needed for Debian's "
-                      "/usr/bin/python3 (the variable CULM_PYTHON names the Python to use).")
+    require("numpy", "h5py")
+    from report_page.contents import REFUSALS, NothingToReport, sections_of
+    from report_page.library import LibraryMissing, d3_js
+    from report_page.page import page_of
     output = options.output or options.directory / "report.html"
     try:
         library, version = d3_js(options.d3_js)

@@ -19,7 +19,7 @@ from collections import Counter
 from pathlib import Path
 
 from report import write_whole
-from setup_page.dialogue import ask_for_settings, survey_text
+from setup_page.dialogue import ask_for_settings, assumptions_of, survey_text
 
 EXIT_BAD_INPUT = 2
 PAGE = Path(__file__).resolve().parent / "setup_page"
@@ -103,6 +103,7 @@ def page_text(data: dict) -> str:
     text = (PAGE / "page.html").read_text("utf-8")
     for marker, name in parts.items():
         text = text.replace(f"<!-- {marker} -->", (PAGE / name).read_text("utf-8"))
+    data = {**data, "assumed": [f"{what} ({key})" for what, key in assumptions_of(data)]}
     # A name with "</script>" must not end the element.
     return text.replace("<!-- data -->",
                         json.dumps(data, ensure_ascii=False).replace("<", "\\u003c"))

@@ -108,6 +108,8 @@ def _add_population(section: Section, results: CalibrationResults, stems: list):
 
 def _add_stem(section: Section, results: CalibrationResults, number: int, stem: dict):
     section.heading(f"Stem {stem['measurement']}")
+    if "stem" in stem:  # not in files of older versions
+        section.paragraph(f"{stem['stem']}.")
     section.add(table(PARAMETER_COLUMNS, parameter_rows(stem["parameters"])))
     _add_budget(section, f"budget-{number:03}", stem)
     _add_checks(section, stem)

@@ -36,6 +36,8 @@ def study_section(study: Study, key: str, place: str) -> Section:
     section = Section(key, title_of(study, place))
     section.verdict.append(completion_sentence(study))
     section.tone = "good" if study.is_completed.all() else "doubt"
+    if stem := _summary(study).get("stem"):
+        section.verdict.append(f"Stem: {stem}.")
     if is_timestep_study(study):
         add_timestep(section, study)
     else:

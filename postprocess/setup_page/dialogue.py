@@ -54,7 +54,7 @@ def rate_text(data: dict) -> str:
     return "not stated in the recording; fps is that of the camera"
 
 
-def assumed_lines(data: dict) -> list[str]:
+def assumptions_of(data: dict) -> list[tuple[str, str]]:
     """What is taken from the pictures, with the key of [video] that states it otherwise."""
     found = []
     if data["rate_is_the_cameras"]:
@@ -71,8 +71,12 @@ def assumed_lines(data: dict) -> list[str]:
         if stem["release_frame"] is not None:
             found += [(f"deflections are positive toward the {stem['pull_side']}", "pull_side"),
                       (f"it was let go after frame {stem['release_frame']}", "release_frame")]
+    return found
+
+
+def assumed_lines(data: dict) -> list[str]:
     return [f"    {'' if place else 'assumed:':8} {what}   ([video] {key})"
-            for place, (what, key) in enumerate(found)]
+            for place, (what, key) in enumerate(assumptions_of(data))]
 
 
 MASS = re.compile(r"(?P<value>[-+.\deE]+)\s*(?P<unit>|mg|g/m|material)")

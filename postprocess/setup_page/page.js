@@ -395,6 +395,12 @@
     if (detected && detected.stem) find("stem-auto-name").textContent = `automatic (${detected.stem})`;
     if (detected && detected.channel) find("channel-auto-name").textContent = `automatic (${detected.channel})`;
     find("channel").hidden = setup.bands !== 3;
+    for (const text of setup.assumed || []) {
+      const entry = document.createElement("li");
+      entry.textContent = text;
+      find("assumed-list").append(entry);
+      find("assumed").hidden = false;
+    }
     const stated = setup.stated_fps;
     if (setup.rate_is_the_cameras) {
       find("fps").readOnly = true;

@@ -178,6 +178,8 @@ class SetupPage(UserTest):
         self.assertNotIn("axis_row", video)
         self.assertEqual(self.find("#stem_id").get_attribute("value"), "video")
         self.assertIn("frame 57 was detected", self.find("#release-facts").text)
+        self.assertIn("it was let go after frame 57 (release_frame)",
+                      self.find("#assumed-list").text)
         self.assertIn("Frame 399: at rest", self.find("#frame-facts").text)
         self.assertFalse(self.find("#save").is_enabled())
         self.assertEqual(len(self.browser.find_elements("css selector", ".swept")), 7)

@@ -129,8 +129,8 @@ class Answers(Diagnose):
         self.write("air.toml", '[effect]\nname = "my_air"\nkind = "force_per_length"\n'
                                'expression = "-c*v*abs(v)"\n[parameters.c]\ndefault = 1e-3\n'
                                "lower = 0.0\nupper = 1.0\n")
-        finished, found = self.diagnose(DRAG, *QUICK, "--candidates", "taper", "--effect-file",
-                                        "air.toml")
+        finished, found = self.diagnose(DRAG, *QUICK, "--candidates", "taper, my_air",
+                                        "--effect-file", "air.toml")
         self.assertEqual(found["effects"], ["my_air"])
         self.assertRegex(finished.stdout, r"(?m)^next: culm compare .* --with air\.toml ")
 

@@ -88,7 +88,7 @@ TEST(DeflectionFile, RefusesMillisecondsAndFrameNumbersIfTheCameraIsKnown) {
     expect_contains(refusal_of(stem, header + "0,1,2\n1.0417,1,2\n2.0833,1,2\n3.125,1,2\n"),
                     "which is a frame in ms at 960 frames/s: time_s must be in s");
     expect_contains(refusal_of(stem, header + "0,1,2\n1,1,2\n2,1,2\n3,1,2\n"),
-                    "these are frame numbers; divide them by 960 frames/s");
+                    "as frame numbers: divide them by 960");
 }
 
 TEST(DeflectionFile, ListsADozenFaultsAndCountsTheOthers) {

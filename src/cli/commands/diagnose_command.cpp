@@ -22,6 +22,7 @@
 #include <chrono>
 #include <filesystem>
 #include <map>
+#include <regex>
 #include <set>
 #include <span>
 #include <string>
@@ -87,16 +88,20 @@ DiagnosisEffects effects_for_diagnosis(const DiagnoseArguments& arguments,
     };
     out.known = fit::in_library_order(physics::parse_effects(arguments.known, read));
     fit::SelectedEffects named;
+    std::string candidates = arguments.candidates; // may name a file's effect
+    for (const std::string& file : arguments.effect_files) {
+        const std::string path = physics::is_effect_file(file) ? file : "./" + file;
+        const std::regex name("\\b" + read(path)->name() + "(?= *(,|\\(|$))");
+        candidates = std::regex_replace(candidates, name, path);
+        if (candidates.find(path) == std::string::npos)
+            add_once(physics::parse_effect(path, read), named);
+    }
     for (const physics::SelectedEffect& candidate :
-         arguments.candidates.empty() ? fit::candidate_effects(recordings)
-                                      : physics::parse_alternatives(arguments.candidates, read))
+         candidates.empty() ? fit::candidate_effects(recordings)
+                            : physics::parse_alternatives(candidates, read))
         add_once(candidate, named);
-    for (const std::string& file : arguments.effect_files)
-        add_once(physics::parse_effect(physics::is_effect_file(file) ? file : "./" + file, read),
-                 named);
-    std::erase_if(named, [&out](const physics::SelectedEffect& candidate) {
-        return contains(out.known, candidate.effect->name());
-    });
+    const auto is_known = [&](const auto& one) { return contains(out.known, one.effect->name()); };
+    std::erase_if(named, is_known);
     if (named.empty())
         throw core::InputError("no candidate is left: all of them are --known");
     out.candidates = fit::in_library_order(std::move(named));

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <numeric>
 #include <vector>
 
 #include <fmt/core.h>
@@ -156,10 +157,8 @@ int linear_combination(int count, Real* c, N_Vector* vectors, N_Vector z) {
 }
 
 double largest_magnitude(N_Vector x) {
-    double largest = 0.0;
-    for (const double value : storage(x))
-        largest = std::max(largest, std::abs(value));
-    return largest;
+    const auto larger = [](double found, double value) { return std::max(found, std::abs(value)); };
+    return std::accumulate(storage(x).begin(), storage(x).end(), 0.0, larger);
 }
 
 void set_operations(N_Vector_Ops ops) {

@@ -286,14 +286,12 @@ void check_frame_rate(Measurement& measurement, core::FileFaults& faults) {
                                       step, unit, rate));
     if (step == 1.0 && rate > 2.0)
         faults.add(0,
-                   fmt::format("times advance by 1: these are frame numbers; divide them by {:g} "
-                               "frames/s",
-                               rate));
+                   fmt::format("times advance by 1, as frame numbers: divide them by {:g}", rate));
     else if (std::abs(frames - std::round(frames)) > 0.03 * frames || frames < 0.5)
-        measurement.remarks.push_back(fmt::format(
-            "{}: times advance by {:.6g} s, but [camera] fps = {:g} means {:.6g} s; the "
-            "times of the table count",
-            faults.file(), step, rate, 1.0 / rate));
+        measurement.remarks.push_back(
+            fmt::format("{}: times advance by {:.6g} s, which counts; [camera] fps = {:g} means "
+                        "{:.6g} s",
+                        faults.file(), step, rate, 1.0 / rate));
 }
 
 void check_times(Measurement& measurement, core::FileFaults& faults) {

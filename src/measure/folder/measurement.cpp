@@ -117,9 +117,9 @@ std::string stem_line(const MeasuredStem& stem, double youngs_modulus) {
         1e3 * mass_per_length(stem), otherwise,
         youngs_modulus * second_moment_of_area(stem.section), 1e-9 * youngs_modulus,
         beam_frequency(stem, youngs_modulus),
-        youngs_modulus >= 1e4 && youngs_modulus <= 1e12
+        std::clamp(youngs_modulus, 1e4, 1e12) == youngs_modulus
             ? ""
-            : "; no material has this Y: check the units of the lengths, the mass and the time");
+            : "; no material has this Y: check the units of lengths, mass and time");
 }
 
 std::string doubt_of_zero(const Measurement& measurement, bool is_from_hold) {

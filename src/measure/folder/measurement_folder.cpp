@@ -110,14 +110,13 @@ void remove_offsets(const fs::path& folder, Measurement& measurement) {
         const Sensor& sensor = measurement.sensors[j];
         if (sensor.is_camera() || sensor.offset_uncertainty)
             continue;
-        const double centre = centre_of_swing(measurement.times, measurement.history(j), 0.0);
-        const double offset = std::isnan(centre) ? 0.0 : centre;
+        const double offset = centre_of_swing(measurement.times, measurement.history(j), 0.0);
         for (std::size_t i = 0; i < measurement.times.size(); ++i)
             measurement.deflections[i * measurement.heights.size() + j] -= offset;
-        measurement.remarks.push_back(fmt::format(
-            "{}: the centre of the swing of column \"{}\", {:.4g} {}, was removed", folder.string(),
-            sensor.column, offset / unit_size(sensor.quantity, sensor.unit).value_or(1.0),
-            sensor.unit));
+        const double unit = unit_size(sensor.quantity, sensor.unit).value_or(1.0);
+        measurement.remarks.push_back(
+            fmt::format("{}: the centre of column \"{}\", {:.4g} {}, was removed", folder.string(),
+                        sensor.column, offset / unit, sensor.unit));
     }
 }
 
