@@ -15,7 +15,7 @@ from recording.recorded_table import Assumption, RecordedTable, StatedRate
 from recording.refusal import Refusal
 
 Arrays = list[tuple[str, np.ndarray]]
-TIME_NAME = re.compile(r"(.*\.)?(t|t_.*|time.*|zeit.*|frames?)", re.IGNORECASE)
+TIME_NAME = re.compile(r"(.*\.)?(t\d*|t_.*|time.*|zeit.*|frames?)", re.IGNORECASE)
 RATE_NAME = re.compile(r"(.*\.)?(fs|f_s|fsamp\w*|sampl\w*rate|sample_?rate|fps|rate|sr)",
                        re.IGNORECASE)
 INTERVAL_NAME = re.compile(r"(.*\.)?(dt|t_?s|delta_?t|interval)", re.IGNORECASE)

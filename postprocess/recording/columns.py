@@ -89,8 +89,9 @@ def is_time(name: str) -> bool:
     rest, unit = split_unit(name, TIME_SPELLINGS)
     words = re.findall(r"[^\W_]+", rest)
     return (not words and unit is not None) or bool(words) and bool(
-        re.fullmatch(r"t|time.*|zeit.*|elapsed|seconds|frames?|epoch|x ?value", words[0])
-        or re.fullmatch(r"(.*\.)?(t|time|frames?)|x_value", rest) or words[-1] == "elapsed")
+        re.fullmatch(r"t\d*|time.*|zeit.*|date.*|datum|elapsed|seconds|frames?|epoch|x ?value", words[0])
+        or re.fullmatch(r"(.*\.)?(t|time|frames?)|x_value", rest) or words[-1] == "elapsed"
+        or (unit is not None and {"time", "zeit"} & set(words)))
 
 
 def ascent(table: RecordedTable, k: int) -> int:
@@ -128,6 +129,7 @@ def time_column(table: RecordedTable) -> int | None:
         return min(named, key=lambda k: ("frame" in table.titles[k].lower(),
                                          stated_time_unit(table, k) is None, -order[k]))
     usable = [k for k, found in order.items() if found == 2]
+    usable.sort(key=lambda k: bool(np.all(np.diff(table.columns[k]) == 1)))  # a counter last
     named = [k for k, title in enumerate(table.titles) if is_time(title)]
     if named and not table.rate:
         refuse_descent(table, named[0])
@@ -234,11 +236,28 @@ def begins_moving(columns: dict[str, np.ndarray]) -> bool:
     return True
 
 
+def has_these_times(table: RecordedTable, n: int, k: int | None) -> bool:
+    """Whether a column is read at the times of column k. In a table of several runs a reading's times
+    are the nearest ones to its left."""
+    own = [j for j in range(n) if is_time(table.titles[j]) and ascent(table, j)
+           and stated_time_unit(table, j) != "frame"]
+    if k is None or not own or own[-1] == k:
+        return True
+    times, others = table.values(k), table.values(own[-1])
+    same = np.isclose(times, others, rtol=0.0, atol=0.01 * (times[1] - times[0]))
+    if k not in own or np.all(same | ~np.isfinite(others)):
+        return True
+    table.notes.append(f'column "{table.names[n]}" needs another mapping: its times are those of '
+                       f'"{table.names[own[-1]]}"')
+    return False
+
+
 def record_of(table: RecordedTable, usual_unit: str | None, file_name: str) -> Record:
     """`usual_unit` is that of displacements whose names state none; times are then in s."""
     k = time_column(table)
     of_header = SPELLINGS.get(plain(table.length_unit or ""))
-    readings = [n for n in range(len(table.names)) if n != k and is_reading(table, n)]
+    readings = [n for n in range(len(table.names)) if n != k and is_reading(table, n)
+                and has_these_times(table, n, k)]
     sensors = [sensor_of(table.names[n], table.units[n], usual_unit, of_header, file_name)
                for n in readings]
     named = [sensor for sensor in sensors if not sensor.is_guess]

@@ -222,8 +222,6 @@ def read_source(section: Section, mapping: Mapping, folder: Path, named: Path | 
     word = section.word("delimiter", DELIMITERS)
     mapping.text = TextOptions(DELIMITERS.get(word), section.word("decimal", (".", ",")),
                                section.number("skip_lines", 0, 100_000), section.text("encoding"))
-    if mapping.text.decimal == "," and word == ",":
-        section.fault("decimal", "the delimiter is a comma too")
     factors = section.typed("factors", dict, "a table of columns and numbers")
     for column, factor in (factors or {}).items():
         if isinstance(factor, bool) or not isinstance(factor, (int, float)) or factor == 0:

@@ -86,13 +86,11 @@ def summary(recording: Path, mapping: Path, table: RecordedTable, record: Record
         motion = "The record begins at rest: state the time of the release."
     complete = textwrap.wrap(f"Fill in the commented lines: {keys_to_complete(table, record)}.", WIDTH)
     if record.time is None:
-        time = "  no time column: " + (
-            f"{table.rate.hertz:g} samples/s ({table.rate.source})" if table.rate else
-            "the rate must be stated")
+        time = "  no time column" + ("" if table.rate else ": the rate must be stated")
     else:
         guess = " (a guess)" if record.is_unit_guess else ""
         title = table.titles[table.names.index(record.time)]
-        name = f'column {record.time}, "{title}"' if title != record.time else record.time
+        name = f'column {record.time}, "{title}"' if title not in ("", record.time) else record.time
         time = f"  {short(name, 50)}: time in {record.time_unit}{guess}"
     return [f"{short(recording.name, 40)}: {extent(table, record, seconds)}", time,
             *columns_found(record), *assumed_lines(assumptions), *map(short, table.notes), motion,
@@ -103,18 +101,26 @@ def time_assumptions(table: RecordedTable,
                      record: Record) -> tuple[np.ndarray | None, str | None, list[Assumption]]:
     """Times, the repair of stamps that repeat, and what was assumed."""
     k = table.names.index(record.time) if record.time is not None else None
+    if record.time_unit == "frame" and table.rate:
+        return None, None, [Assumption(f"{table.rate.hertz:g} frames/s: {table.rate.source}",
+                                       "[camera] fps")]
     if record.time_unit == "frame" or (k is None and table.rate is None):
         return None, None, []
     rate = table.rate.hertz if table.rate else None
-    column = table.columns[k] if k is not None else None
-    steps = np.diff(unwrapped(column)[0]) if column is not None and table.is_numeric(k) else []
+    if k is None:
+        seconds = times_of(table, None, "s", table.rate.hertz, None)[0].seconds
+        return seconds, None, [Assumption(f"{table.rate.hertz:g} samples/s: {table.rate.source}",
+                                          "[time] rate_hz")]
+    column = table.columns[k]
+    steps = np.diff(unwrapped(column)[0]) if table.is_numeric(k) else []
     repair = None
     if np.any(np.less_equal(steps, 0)):
         repair = "drop" if np.any(np.less(steps, 0)) else "spread"
     times, assumed = times_of(table, k, record.time_unit, rate, repair)
     if record.is_unit_guess:
-        assumed.insert(0, Assumption(f'times are in {record.time_unit}, which the name '
-                                     f'"{table.titles[k]}" does not state', "[time] unit"))
+        name = table.titles[k] or table.names[k]
+        assumed.insert(0, Assumption(f'times are in {record.time_unit}, which the name "{name}" '
+                                     "does not state", "[time] unit"))
     return times.seconds, repair, assumed
 
 

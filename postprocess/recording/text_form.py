@@ -12,7 +12,10 @@ from dataclasses import dataclass
 from recording.refusal import Refusal
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-CLOCK = re.compile(r"(\d{4}[-/.]\d\d?[-/.]\d\d?[T ]?)?(\d\d?:\d\d:\d\d([.,]\d+)?)?Z?")
+CLOCK = re.compile(r"(\d{1,4}[-/.]\d\d?[-/.]\d{2,4}[T, ]*)?(\d\d?:\d\d:\d\d([.,]\d+)?)?( ?[AP]M|Z)?",
+                   re.IGNORECASE)
+DECIMAL_KEY = re.compile(r"decimal[_ ]separator\W*?([.,])")
+ONE_DECIMAL_COMMA = re.compile(r"[+-]?\d+,(\d{2,})")
 GROUPED_DIGITS = re.compile(r"[+-]?\d{1,3}((,\d{3})+\.\d+|(\.\d{3})+,\d+)")
 GAPS = ("", "nan", "na", "n/a", "null", "none", "-nan", "#n/a")
 FORMS = [(delimiter, decimal) for delimiter in (";", "\t", ",", " ") for decimal in (".", ",")
@@ -101,6 +104,24 @@ def longest_run(lines: list[str], form: TextForm, fewest: int) -> Run:
     return best
 
 
+def written_decimal(lines: list[str]) -> str | None:
+    """A comma if the header names it the decimal sign (LabVIEW), or if all numbers are of one column
+    like 5,0123: as many digits behind each comma, and leading zeros among them."""
+    for line in lines:
+        if found := DECIMAL_KEY.fullmatch(line.strip().lower()):
+            return found[1]
+    numbers = [line.strip() for line in lines if line.strip() and line.strip()[0] in "+-0123456789"]
+    found = [ONE_DECIMAL_COMMA.fullmatch(number) for number in numbers]
+    if len(found) < 12 or not all(found) or len({len(match[1]) for match in found}) > 1:
+        return None
+    return "," if any(match[1].startswith("0") for match in found) else None
+
+
+def separates(form: TextForm, lines: list[str], run: Run) -> bool:
+    """Whether the delimiter occurs in the rows, also beside an empty cell."""
+    return any(form.delimiter in line for line in lines[run.begin:run.end])
+
+
 def refuse_grouped_digits(lines: list[str], delimiter: str | None, first_line: int):
     """Numbers like 1,999.5 and 1.999,5 are ambiguous beside 1,999 (2 or 1999), so none is read."""
     for number, line in enumerate(lines, first_line):
@@ -114,15 +135,19 @@ def refuse_grouped_digits(lines: list[str], delimiter: str | None, first_line: i
 def form_and_run(lines: list[str], delimiter: str | None, decimal: str | None,
                  first_line: int) -> tuple[TextForm, Run]:
     """The form with the longest run of rows of two numbers; of one number if none has two."""
-    forms = [TextForm(*form) for form in FORMS
+    probed = lines[:MOST_PROBED]
+    decimal = decimal or written_decimal(probed)
+    quoted = [(",", ",")] if any('"' in line for line in probed) else []  # "1,5","2,5"
+    forms = [TextForm(*form) for form in FORMS + quoted
              if delimiter in (None, form[0]) and decimal in (None, form[1])]
     if not forms:
         raise Refusal("the decimal sign and the delimiter are both a comma; state another "
                       "[source] delimiter or decimal")
-    refuse_grouped_digits(lines[:MOST_PROBED], delimiter, first_line)
+    refuse_grouped_digits(probed, delimiter, first_line)
     for fewest in (2, 1):
-        runs = [(longest_run(lines[:MOST_PROBED], form, fewest), form) for form in forms]
-        run, form = max(runs, key=lambda found: (found[0].rows, found[0].score))
+        runs = [(longest_run(probed, form, fewest), form) for form in forms]
+        run, form = max(runs, key=lambda found: (found[0].rows, found[0].score,
+                                                 separates(found[1], probed, found[0])))
         if run.rows >= 2:
             return form, run
     stated = [word for word, value in (("delimiter", delimiter), ("decimal", decimal)) if value]

@@ -1,8 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Recordings as instruments write them: the proposal and the import understand them, or name the
 line and the remedy. Each has the same swing of 36.56 Hz, sampled at 2000 Hz, released at 0.1 s."""
+import datetime
 import os
 import re
+import shutil
 import tomllib
 import unittest
 
@@ -113,6 +115,34 @@ class Clocks(InstrumentFiles):
         self.assertIn("[time] rate_hz", refusal)
 
 
+    def test_dates_of_three_countries(self):
+        start = datetime.datetime(2024, 5, 3, 23, 59, 59, 700_000)  # midnight is in the record
+        stamps = [start + datetime.timedelta(seconds=float(time)) for time in TIMES]
+        for number, (form, separator) in enumerate((("%d.%m.%Y %H:%M:%S,%f", ";"),
+                                                    ("%m/%d/%Y %I:%M:%S.%f %p", ","),
+                                                    ("%Y-%m-%dT%H:%M:%S.%fZ", ","))):
+            with self.subTest(form):
+                shutil.rmtree(self.folder / "out", ignore_errors=True)
+                mapping, printed = self.proposal_of(self.file(f"{number}.csv", table(
+                    f"Date/Time{separator}Tip (mm)", [stamp.strftime(form) for stamp in stamps],
+                    rounded(TIP), separator=separator)))
+                self.assertEqual(mapping["time"]["column"], "Date/Time")
+                self.assert_swing(self.imported()[0])
+
+    def test_a_run_with_other_times_is_not_read_beside_the_first(self):
+        place = self.file("a.csv", table(
+            "Latest: Time (s),Latest: Position (mm),Run 2: Time (s),Run 2: Position (mm)",
+            rounded(TIMES), rounded(TIP), rounded(0.3 + 1.7 * TIMES), rounded(TIP)))
+        mapping, printed = self.proposal_of(place)
+        self.assertEqual(mapping["height"], [{"columns": "Latest: Position (mm)"}])
+        self.assertIn('column "Run 2: Position (mm)" needs another mapping', printed)
+
+    def test_the_times_of_a_table_without_names_are_not_its_counter(self):
+        mapping, _ = self.proposal_of(self.file("a.csv", table(
+            "0,0.0,6.0", np.arange(1, 1200), rounded(TIMES[1:]), rounded(TIP[1:]))))
+        self.assertEqual(mapping["time"]["column"], "2")
+
+
 @unittest.skipUnless(TRACK, "needs culm-track")
 class Instruments(InstrumentFiles):
     def test_labview_with_a_time_column_for_each_channel(self):
@@ -126,6 +156,32 @@ class Instruments(InstrumentFiles):
         mapping, printed = self.proposal_of(place)
         self.assertEqual((mapping["time"]["column"], mapping["height"]), ("1", [{"columns": "Tip"}]))
         self.assertIn('column 1, "X_Value"', printed)
+        self.assert_swing(self.imported()[0])
+
+    def test_labview_without_times_and_with_decimal_commas(self):
+        header = ("LabVIEW Measurement\t\nDecimal_Separator\t,\nX_Columns\tNo\n"
+                  "***End_of_Header***\t\n\t\nChannels\t1\nSamples\t1200\nY_Unit_Label\tmm\n"
+                  "X0\t0,25\nDelta_X\t0,0005\n***End_of_Header***\t\nX_Value\tTip\tComment")
+        place = self.file("a.lvm", table(header, [""] * len(TIMES),
+                                         [text.replace(".", ",") for text in rounded(TIP)],
+                                         separator="\t"))
+        mapping, printed = self.proposal_of(place)
+        self.assertEqual((mapping["time"]["rate_hz"], mapping["height"]),
+                         (2000, [{"columns": "Tip"}]))
+        self.assertIn('2000 samples/s: line 10, "Delta_X" ([time] rate_hz)', printed)
+        self.assert_swing(self.imported()[0])
+
+    def test_one_column_of_decimal_commas(self):
+        place = self.file("a.txt", "Weg (mm)\n" + "\n".join(rounded(TIP)).replace(".", ","))
+        mapping, _ = self.proposal_of(place)
+        self.assertEqual(mapping["source"]["decimal"], ",")
+        self.assert_swing(self.imported(rate_hz=2000)[0])
+
+    def test_quoted_decimal_commas_between_commas(self):
+        quoted = [[f'"{text.replace(".", ",")}"' for text in rounded(values)]
+                  for values in (TIMES, TIP)]
+        mapping, _ = self.proposal_of(self.file("a.csv", table('"Zeit (s)","Weg (mm)"', *quoted)))
+        self.assertEqual((mapping["source"]["delimiter"], mapping["source"]["decimal"]), (",", ","))
         self.assert_swing(self.imported()[0])
 
     def test_an_oscilloscope_states_units_in_a_row_and_volts_need_a_factor(self):
