@@ -56,8 +56,7 @@ struct Accuracy {
     double tolerance; ///< over the usual one
 };
 
-const Accuracy usual{"usual", 20, 1.0}, few_spheres{"short", 14, 1.0},
-    many_spheres{"long", 28, 1.0}, rough{"rough", 20, 3.0}, fine{"fine", 20, 0.2};
+const Accuracy usual{"usual", 20, 1.0}, few_spheres{"short", 14, 1.0}, rough{"rough", 20, 3.0};
 
 using Case = std::tuple<KnownAnswer, Accuracy>;
 
@@ -92,13 +91,12 @@ std::string name_of(const ::testing::TestParamInfo<Case>& given) {
     return std::get<0>(given.param).name.substr(0, 2) + "_" + std::get<1>(given.param).name;
 }
 
-// Friction and the pair take a minute each: one of the coarser and one of the finer ways are
-// enough.
-INSTANTIATE_TEST_SUITE_P(
-    Recordings, Verdict,
-    ::testing::Combine(::testing::ValuesIn(known_answers.begin(), known_answers.begin() + 5),
-                       ::testing::Values(usual, few_spheres, many_spheres, rough, fine)),
-    name_of);
+// Friction and the pair take a minute each.
+INSTANTIATE_TEST_SUITE_P(Recordings, Verdict,
+                         ::testing::Combine(::testing::ValuesIn(known_answers.begin(),
+                                                                known_answers.begin() + 5),
+                                            ::testing::Values(usual, few_spheres, rough)),
+                         name_of);
 INSTANTIATE_TEST_SUITE_P(SlowRecordings, Verdict,
                          ::testing::Combine(::testing::ValuesIn(known_answers.begin() + 5,
                                                                 known_answers.end()),
