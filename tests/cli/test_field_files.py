@@ -178,8 +178,8 @@ class Stems(FieldFiles):
         finished = self.culm("calibrate", ".", "--spheres", "12")
         self.assert_exit(finished, DONE)
         printed = " ".join(finished.stdout.split())
-        self.assertIn("stem: 300 mm, 5 mm, 30.83 g (103 g/m; 154 g/m if density_kg_m3 is that of "
-                      "the material), EI ", printed)
+        self.assertIn("stem: 300 mm, 5 mm, 30.83 g (103 g/m as touching spheres of this density; "
+                      "154 g/m as a rod), EI ", printed)
 
     def test_23_a_beat_of_two_planes_is_not_one_mode(self):
         self.folder_of("23-two-plane-beat")

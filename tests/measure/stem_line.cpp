@@ -18,10 +18,10 @@ TEST(StemLine, GivesWhatAPersonCanCheck) {
     steel.density = 7850.0;
     // 2/3 of 7850 kg/m³ · π/4 · (5 mm)²; f ∝ √(206 GPa/1.5).
     EXPECT_EQ(stem_line(steel, 137.4e9),
-              "300 mm, 5 mm, 30.83 g (103 g/m; 154 g/m if density_kg_m3 is that of the material), "
-              "EI 4.22 N m² at Y = 137.4 GPa, beam theory b2 = 39.82 Hz");
+              "300 mm, 5 mm, 30.83 g (103 g/m as touching spheres of this density; 154 g/m as a "
+              "rod), EI 4.22 N m² at Y = 137.4 GPa, beam theory b2 = 39.82 Hz");
     steel.is_density_of_spheres = false;
-    EXPECT_EQ(stem_line(steel, 137.4e9).find("if density_kg_m3"), std::string::npos);
+    EXPECT_EQ(stem_line(steel, 137.4e9).find("touching spheres"), std::string::npos);
     EXPECT_NEAR(beam_frequency(steel, 206e9 / 1.5) / 39.81, 1.0, 1e-3);
 }
 

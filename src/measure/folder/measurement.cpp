@@ -100,7 +100,7 @@ std::string stem_line(const MeasuredStem& stem, double youngs_modulus) {
         if (circle->wall)
             section += fmt::format(" (wall {:.4g} mm)", 1e3 * *circle->wall);
         if (stem.is_density_of_spheres)
-            otherwise = fmt::format("; {:.3g} g/m if density_kg_m3 is that of the material",
+            otherwise = fmt::format(" as touching spheres of this density; {:.3g} g/m as a rod",
                                     1e3 * stem.density * section_area(stem.section));
     } else if (const auto* rectangle = std::get_if<RectangularSection>(&stem.section)) {
         section =
