@@ -89,7 +89,7 @@ def is_time(name: str) -> bool:
     rest, unit = split_unit(name, TIME_SPELLINGS)
     words = re.findall(r"[^\W_]+", rest)
     return (not words and unit is not None) or bool(words) and bool(
-        re.fullmatch(r"t\d*|time.*|zeit.*|date.*|datum|elapsed|seconds|frames?|epoch|x ?value", words[0])
+        re.fullmatch(r"t|time.*|zeit.*|date.*|datum|elapsed|seconds|frames?|epoch|x ?value", words[0])
         or re.fullmatch(r"(.*\.)?(t|time|frames?)|x_value", rest) or words[-1] == "elapsed"
         or (unit is not None and {"time", "zeit"} & set(words)))
 
@@ -130,7 +130,8 @@ def time_column(table: RecordedTable) -> int | None:
                                          stated_time_unit(table, k) is None, -order[k]))
     usable = [k for k, found in order.items() if found == 2]
     usable.sort(key=lambda k: bool(np.all(np.diff(table.columns[k]) == 1)))  # a counter last
-    named = [k for k, title in enumerate(table.titles) if is_time(title)]
+    named = [k for k, title in enumerate(table.titles)
+             if is_time(title) and (table.is_numeric(k) or not usable)]
     if named and not table.rate:
         refuse_descent(table, named[0])
     if usable and not named:

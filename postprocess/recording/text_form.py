@@ -14,9 +14,10 @@ from recording.refusal import Refusal
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 CLOCK = re.compile(r"(\d{1,4}[-/.]\d\d?[-/.]\d{2,4}[T, ]*)?(\d\d?:\d\d:\d\d([.,]\d+)?)?( ?[AP]M|Z)?",
                    re.IGNORECASE)
-DECIMAL_KEY = re.compile(r"decimal[_ ]separator\W*?([.,])")
+DECIMAL_KEY = re.compile(r"decimal[_ ]separator\W*?,")
 ONE_DECIMAL_COMMA = re.compile(r"[+-]?\d+,(\d{2,})")
 GROUPED_DIGITS = re.compile(r"[+-]?\d{1,3}((,\d{3})+\.\d+|(\.\d{3})+,\d+)")
+FEWEST_GROUPED = 3  # a header may have one
 GAPS = ("", "nan", "na", "n/a", "null", "none", "-nan", "#n/a")
 FORMS = [(delimiter, decimal) for delimiter in (";", "\t", ",", " ") for decimal in (".", ",")
          if delimiter != decimal]
@@ -108,8 +109,8 @@ def written_decimal(lines: list[str]) -> str | None:
     """A comma if the header names it the decimal sign (LabVIEW), or if all numbers are of one column
     like 5,0123: as many digits behind each comma, and leading zeros among them."""
     for line in lines:
-        if found := DECIMAL_KEY.fullmatch(line.strip().lower()):
-            return found[1]
+        if DECIMAL_KEY.fullmatch(line.strip().lower()):
+            return ","
     numbers = [line.strip() for line in lines if line.strip() and line.strip()[0] in "+-0123456789"]
     found = [ONE_DECIMAL_COMMA.fullmatch(number) for number in numbers]
     if len(found) < 12 or not all(found) or len({len(match[1]) for match in found}) > 1:
@@ -123,13 +124,16 @@ def separates(form: TextForm, lines: list[str], run: Run) -> bool:
 
 
 def refuse_grouped_digits(lines: list[str], delimiter: str | None, first_line: int):
-    """Numbers like 1,999.5 and 1.999,5 are ambiguous beside 1,999 (2 or 1999), so none is read."""
-    for number, line in enumerate(lines, first_line):
-        for sign in {delimiter} if delimiter else DELIMITERS.values():
-            for cell in cells_of(line, sign):
-                if GROUPED_DIGITS.fullmatch(cell):
-                    raise Refusal(f'line {number}: the digits of "{cell}" are in groups; export the '
-                                  "numbers without a separator of thousands")
+    """Numbers like 1,999.5 and 1.999,5 are ambiguous next to 1,999 (2 or 1999), so none is read. A
+    line without the delimiter, like 5,123.4, may contain two numbers between commas."""
+    for sign in [delimiter] if delimiter else DELIMITERS.values():
+        grouped = [(number, cell) for number, line in enumerate(lines, first_line)
+                   if sign in line.strip() for cell in cells_of(line, sign)
+                   if GROUPED_DIGITS.fullmatch(cell)]
+        if len(grouped) >= FEWEST_GROUPED:
+            number, cell = grouped[0]
+            raise Refusal(f'line {number}: the digits of "{cell}" are in groups; export the numbers '
+                          "without a separator of thousands")
 
 
 def form_and_run(lines: list[str], delimiter: str | None, decimal: str | None,

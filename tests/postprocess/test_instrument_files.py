@@ -241,6 +241,20 @@ class Instruments(InstrumentFiles):
         self.assertEqual((mapping["camera"]["fps"], mapping["motion"]["unit"]), (2000, "mm"))
         self.assert_swing(self.imported()[0])
 
+    def test_a_counter_beside_numbers_of_three_digits_is_no_group(self):
+        place = self.file("a.csv", table("# Range: 1,000.0 mm\nframe,tip_mm", np.arange(len(TIMES)),
+                                         rounded(TIP + 150.0)))
+        mapping, _ = self.proposal_of(place)
+        self.assertEqual((mapping["time"]["column"], mapping["height"]),
+                         ("frame", [{"columns": "tip_mm"}]))
+        self.assert_swing(self.imported(fps=2000)[0])
+
+    def test_a_date_alone_is_not_the_time(self):
+        place = self.file("a.csv", table("Date,Seconds of run,Tip_mm", ["2026-11-20"] * len(TIMES),
+                                         rounded(TIMES), rounded(TIP)))
+        mapping, _ = self.proposal_of(place)
+        self.assertEqual(mapping["time"]["column"], "Seconds of run")
+
     def test_digits_in_groups_are_refused(self):
         refusal = self.refusal_of(table("time_ms;tip_um", rounded(1e3 * TIMES, 1),
                                         [f"{1e3 * value:,.1f}" for value in TIP], separator=";"))
