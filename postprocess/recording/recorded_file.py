@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Reads a recording of any kind as a table.
 
-.trk         project of the video program Tracker: `t` in s and, of each point mass, `NAME x`, `NAME y`
+.trk, .trz   project of the video program Tracker: `t` in s and, of each point mass, `NAME x`, `NAME y`
              in the unit of the project's scale (m by default; pixels without a calibration)
 .c3d         optical motion capture: `t` in s from the first frame; `LABEL x`, `LABEL y`, `LABEL z` in m
 .mat         MATLAB, also of version 7.3: the numeric arrays of the recording, also in structs
@@ -21,7 +21,7 @@ from recording.refusal import Refusal, Table
 from recording.text_table import TextOptions, text_table
 from recording.tracker_project import tracker_table
 
-USUAL_UNITS = {".trk": "m"}  # of displacements whose names state none
+USUAL_UNITS = {".trk": "m", ".trz": "m"}  # of displacements whose names state none
 
 
 def table_of_lists(columns: Table, has_markers: bool) -> RecordedTable:
@@ -42,9 +42,9 @@ def recorded_table(source: Path, options: TextOptions, wanted: list[str]) -> Rec
         return numpy_table(source, wanted)
     if kind == ".c3d":
         return table_of_lists(c3d_table(source), True)
-    if kind == ".trk":
+    if kind in (".trk", ".trz"):
         return table_of_lists(tracker_table(source), False)
     if kind == ".pkl":
         raise Refusal("a pickled object may execute code when it is read; save its array with "
-                      "numpy.save as .npy (.trk, .c3d, .mat, .npy, .npz and tables of text are read)")
+                      "numpy.save as .npy (.trk, .trz, .c3d, .mat, .npy, .npz and tables of text are read)")
     return text_table(source, options)

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Reads the tracks of a project of the video program Tracker (.trk, XML)."""
+"""Reads the tracks of a project of the video program Tracker (.trk, XML; or .trz, which is the
+project, its video and other files in one zip file)."""
 from __future__ import annotations
 
 import math
 import re
+import zipfile
+import zlib
 from bisect import bisect_right
 from pathlib import Path
 from xml.etree import ElementTree as xml
@@ -12,6 +15,7 @@ from recording.refusal import Refusal, Table
 
 TRACKER = "org.opensourcephysics.cabrillo.tracker."
 MOST_FRAMES = 1_000_000
+LARGEST_PROJECT = 200_000_000  # bytes, unpacked
 
 
 class WithoutDoctype(xml.TreeBuilder):
@@ -88,9 +92,29 @@ def frame_times(panel: xml.Element, frames: list[int]) -> list[float]:
     return [(begin + (n - first) * mean) / 1e3 for n in frames]
 
 
+def project_text(source: Path) -> bytes:
+    """The project itself; a .trz file must contain one."""
+    if source.suffix.lower() != ".trz":
+        return source.read_bytes()
+    try:
+        with zipfile.ZipFile(source) as archive:
+            projects = [entry for entry in archive.infolist()
+                        if entry.filename.lower().endswith(".trk")]
+            if len(projects) != 1:
+                names = ", ".join(entry.filename for entry in projects[:8]) or "none"
+                raise Refusal(f"it contains {len(projects)} projects ({names}); one is allowed: "
+                              "unpack it (it is a zip file) and import the project .trk")
+            if projects[0].file_size > LARGEST_PROJECT:
+                raise Refusal(f"its project has {projects[0].file_size} bytes; {LARGEST_PROJECT} "
+                              "are allowed")
+            return archive.read(projects[0])
+    except (zipfile.BadZipFile, zlib.error, NotImplementedError, RuntimeError) as error:
+        raise Refusal(f"it is not a whole zip file ({error}), which a .trz is") from None
+
+
 def tracker_table(source: Path) -> Table:
     try:
-        panel = xml.fromstring(source.read_bytes(), xml.XMLParser(target=WithoutDoctype()))
+        panel = xml.fromstring(project_text(source), xml.XMLParser(target=WithoutDoctype()))
     except (xml.ParseError, ValueError, LookupError) as error:
         raise Refusal(f"it is not XML ({error}); a project of Tracker is allowed") from None
     if panel.get("class") != TRACKER + "TrackerPanel":

@@ -3,6 +3,7 @@
 import math
 import pickle
 import unittest
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -55,6 +56,18 @@ class TrackerProjects(RecordingFiles):
 
     def refused(self, *points, **settings):
         return self.refused_table(self.file("video.trk", project(*points, **settings)))
+
+    def test_the_zip_file_of_a_project_is_read(self):
+        place = self.folder / "video.trz"
+        with zipfile.ZipFile(place, "w") as archive:
+            archive.write(EXAMPLE, "swing.trk")
+            archive.writestr("videos/swing.mp4", b"film")
+        self.assertEqual(self.table(place), self.table(EXAMPLE))
+        with zipfile.ZipFile(place, "a") as archive:
+            archive.write(EXAMPLE, "other.trk")
+        self.assertIn("2 projects (swing.trk, other.trk)", self.refused_table(place))
+        place.write_bytes(place.read_bytes()[:-40])
+        self.assertIn("not a whole zip file", self.refused_table(place))
 
     def test_example_swings_as_it_was_made(self):
         table = self.table(EXAMPLE)
