@@ -11,7 +11,7 @@ from culm_archive import Study
 from figure_style import colour_bar, leave_room_above, mark, new_figure, styled
 from palette import BLACK, BLUE, COLOUR_MAP, VERMILLION, number
 from study_laws import (PUBLISHED_DAMPING, PUBLISHED_YOUNGS_MODULUS, Law, StudyLaw,
-                        published_residual_counts, study_law)
+                        has_published_stem, published_residual_counts, study_law)
 from study_points import StudyPoints, conditions, fitted_points
 
 @dataclass(frozen=True)
@@ -80,8 +80,8 @@ def colours(panel: Panel) -> dict:
     return {"c": panel.colour, "cmap": COLOUR_MAP}
 
 
-def draw_laws(axes, panel: Panel, found: StudyLaw | str):
-    """The fitted law and the published one over the range of the points."""
+def draw_laws(axes, panel: Panel, found: StudyLaw | str, is_published: bool):
+    """The fitted law, and the published one of the published stem, over the range of the points."""
     drawn = panel.drawn_sign * panel.predictor
     ends = np.array([drawn.min(), drawn.max()])
     ends += np.array([-0.04, 0.04]) * (np.ptp(ends) or abs(ends[0]))
@@ -92,6 +92,8 @@ def draw_laws(axes, panel: Panel, found: StudyLaw | str):
             f"adjusted $R^2$ = {found.adjusted_r_squared:.5f}, $n$ = {drawn.size}"
         )
         axes.plot(ends, found.law(predictor), color=BLACK, label=label, zorder=2)
+    if not is_published:
+        return
     axes.plot(
         ends,
         panel.published(predictor),
@@ -121,16 +123,18 @@ def draw_residuals(axes, panel: Panel, law: Law):
     axes.set_ylim(-largest, largest)
 
 
-def draw_regression(figure, upper, lower, panel: Panel, found: StudyLaw | str):
+def draw_regression(figure, upper, lower, panel: Panel, found: StudyLaw | str,
+                    is_published: bool):
     """One column of the regression figure: the laws in the upper panel, the residuals below."""
     drawn = panel.drawn_sign * panel.predictor
     shown = upper.scatter(drawn, panel.response, s=14, linewidths=0, zorder=3, **colours(panel))
     if np.ptp(panel.colour) > 0.0:
         colour_bar(figure, shown, [upper, lower], panel.colour_label, panel.colour)
-    draw_laws(upper, panel, found)
+    draw_laws(upper, panel, found, is_published)
     upper.set_ylabel(panel.response_label)
     leave_room_above(upper, 0.34)
-    upper.legend(loc="upper left")
+    if upper.lines:
+        upper.legend(loc="upper left")
     lower.set_xlabel(panel.predictor_label)
     if isinstance(found, str):
         no_regression(lower, found)
@@ -148,7 +152,8 @@ def regression_figure(study: Study):
     all_axes = figure.subplots(2, 2, sharex="col", height_ratios=(3.2, 1.0))
     for column, panel in enumerate(panels_of(points)):
         upper, lower = all_axes[:, column]
-        draw_regression(figure, upper, lower, panel, study_law(study, panel.response_key))
+        draw_regression(figure, upper, lower, panel, study_law(study, panel.response_key),
+                        has_published_stem(study))
         mark(upper, "ab"[column])
     all_axes[0, 0].yaxis.set_major_formatter(lambda value, _: number(1e-4 * value))
     return figure
@@ -171,7 +176,7 @@ def draw_published_residuals(axes, panel: Panel, edges: np.ndarray):
 @styled
 def residual_figure(study: Study):
     """Residuals in per cent of the largest observed value (the paper's Fig. 8) of (a) √Y and (b) β,
-    for the laws fitted to the study and for the published laws on the same points."""
+    for the laws fitted to the study and, of the published stem, for the published laws."""
     points = fitted_points(study)
     figure = new_figure(2.7, conditions(study))
     all_axes = figure.subplots(1, 2)
@@ -192,7 +197,8 @@ def residual_figure(study: Study):
             alpha=0.6,
             label=f"this study: {equation(panel, found.law)}",
         )
-        draw_published_residuals(axes, panel, found.residual_edges)
+        if has_published_stem(study):
+            draw_published_residuals(axes, panel, found.residual_edges)
         axes.axvline(0.0, ymax=0.7, color=BLACK, linewidth=0.6, linestyle=":")
         axes.legend(loc="upper left")
         leave_room_above(axes, 0.3)

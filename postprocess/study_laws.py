@@ -40,8 +40,25 @@ LARGEST_COMPARABLE_RESIDUAL = 20.0
 MOST_BINS = 200
 
 # √Y in √Pa from b2 in Hz (Eq. 12), β from b1 per cycle (Eq. 13).
+# They are those of one stem: Table 1 of the paper.
+PUBLISHED_STEM = {"spheres": 56, "sphere_diameter_mm": 2.83, "bond_length_mm": 2.83,
+                  "bond_diameter_mm": 2.83, "bond_inner_diameter_mm": 0.0, "density_kg_m3": 125.0}
+CALIBRATED = ("bond_damping", "bond_youngs_modulus")
 PUBLISHED_YOUNGS_MODULUS = Law(intercept=91.4, slope=574.3)
 PUBLISHED_DAMPING = Law(intercept=2.5, slope=-261.4)
+
+
+def has_published_stem(study: Study) -> bool:
+    """Whether the stem is the paper's, and only Y and β vary. A parameter that the study does not
+    state is the default, which is the paper's."""
+    if any(not name.startswith(CALIBRATED) for name in study.factors):
+        return False
+    stated = {key: study.settings.get(f"stem.{key}") for key in PUBLISHED_STEM}
+    try:
+        return all(value is None or np.isclose(float(value), PUBLISHED_STEM[key], rtol=1e-3)
+                   for key, value in stated.items())
+    except ValueError:
+        return False
 
 
 def study_law(study: Study, response: str) -> StudyLaw | str:

@@ -15,7 +15,7 @@ from report_page.markup import Plot, Section, escaped, facts, folded, shown, tab
 from report_page.picker import add_picker, factor_name
 from report_page.timestep import add_timestep
 from study_laws import (PUBLISHED_DAMPING, PUBLISHED_YOUNGS_MODULUS, Law, StudyLaw,
-                        published_residual_counts, study_law)
+                        has_published_stem, published_residual_counts, study_law)
 from study_points import StudyPoints, conditions, fitted_points
 from timestep_results import is_timestep_study
 
@@ -37,7 +37,7 @@ def study_section(study: Study, key: str, place: str) -> Section:
     section.verdict.append(completion_sentence(study))
     section.tone = "good" if study.is_completed.all() else "doubt"
     if stem := _summary(study).get("stem"):
-        section.verdict.append(f"Stem: {stem}.")
+        section.verdict.append(f"Stem of point 0: {stem}.")
     if is_timestep_study(study):
         add_timestep(section, study)
     else:
@@ -101,9 +101,11 @@ def _law_sentence(study: Study, response: _Response) -> str:
     if isinstance(found, str):
         return f"No law for {response.symbol}: {found}"
     largest = np.abs(found.law.residuals_percent(response.predictor, response.values)).max()
-    return (f"{_equation(response, found.law)} (adjusted R² {found.adjusted_r_squared:.5f}) predicts "
-            f"{response.symbol} to within {shown(float(largest), 2)} % of its largest value; published "
-            f"({response.equation}): {_equation(response, response.published)}.")
+    sentence = (f"{_equation(response, found.law)} (adjusted R² {found.adjusted_r_squared:.5f}) "
+                f"predicts {response.symbol} to within {shown(float(largest), 2)} % of its largest value")
+    if not has_published_stem(study):
+        return sentence + "."
+    return f"{sentence}; published ({response.equation}): {_equation(response, response.published)}."
 
 
 def _point_text(points: StudyPoints, row: int) -> str:
@@ -112,7 +114,8 @@ def _point_text(points: StudyPoints, row: int) -> str:
             f"b1 = {number(points.decay_per_cycle[row])} per cycle")
 
 
-def _regression_plot(response: _Response, found: StudyLaw | str, ids, texts) -> Plot:
+def _regression_plot(response: _Response, found: StudyLaw | str, ids, texts,
+                     is_published: bool) -> Plot:
     """The laws in the upper panel, the residuals of the fitted law in the lower one."""
     leaves = (np.zeros(response.values.size) if isinstance(found, str)
               else found.law.residuals_percent(response.predictor, response.values))
@@ -126,8 +129,9 @@ def _regression_plot(response: _Response, found: StudyLaw | str, ids, texts) -> 
     traces = [cloud]
     if isinstance(found, StudyLaw):
         traces.append(line(ends, found.law(ends), "this study", BLACK, hoverinfo="skip"))
-    traces.append(line(ends, response.published(ends), f"published, {response.equation}",
-                       VERMILLION, "dash", hoverinfo="skip"))
+    if is_published:
+        traces.append(line(ends, response.published(ends), f"published, {response.equation}",
+                           VERMILLION, "dash", hoverinfo="skip"))
     look = layout(axis(response.predictor_label),
                   axis(response.label, domain=[0.36, 1]))
     if isinstance(found, StudyLaw):
@@ -140,18 +144,21 @@ def _regression_plot(response: _Response, found: StudyLaw | str, ids, texts) -> 
         look |= {"xaxis": axis(response.predictor_label), "yaxis": axis(response.label)}
     return Plot(f"regression-{response.key}", f"{response.symbol} on {response.predictor_symbol}",
                 f"{response.label} against {response.predictor_label} of every fitted point, with "
-                "the law of this study and the published one; the residuals below.", traces, look,
-                460)
+                f"the law of this study{' and the published one' if is_published else ''}; the "
+                "residuals below.", traces, look, 460)
 
 
 def _add_regressions(section: Section, study: Study, points: StudyPoints, responses, texts):
     found = [(response, study_law(study, response.key)) for response in responses]
     known = [pair for pair in found if isinstance(pair[1], StudyLaw)]
-    plots = [_regression_plot(r, law, points.id, texts) for r, law in known or found]
+    is_published = has_published_stem(study)
+    plots = [_regression_plot(r, law, points.id, texts, is_published) for r, law in known or found]
     caption = (f"Every point is one simulated stem ({conditions(study)}). The lines are the laws, "
                "and the lower panels show the residuals of this study's law in per cent of the largest "
                "value. A good law leaves small residuals without a pattern; a curve in them shows that "
                "the relation is not linear.")
+    if not is_published:
+        caption += " The published laws are not drawn, because they are those of the paper's stem."
     most = max(len(plot.traces[0]["x"]) for plot in plots)
     if most < points.id.size:
         caption += (f" About {most} of {points.id.size} points are drawn, those with the largest "
@@ -160,19 +167,20 @@ def _add_regressions(section: Section, study: Study, points: StudyPoints, respon
 
 
 def _laws_table(study: Study, responses) -> str:
-    rows = []
+    rows, is_published = [], has_published_stem(study)
     for response in responses:
         entry = study.summary["regression"][response.key]
         if "reason" in entry:
             continue
         low, high = entry["interval"]["slope"]
         rows.append([response.symbol, entry["slope"], f"{shown(low, 5)} … {shown(high, 5)}",
-                     entry["intercept"], f"{entry['adjusted_r2']:.5f}", response.published.slope,
-                     response.published.intercept,
+                     entry["intercept"], f"{entry['adjusted_r2']:.5f}",
+                     *([response.published.slope, response.published.intercept] if is_published else []),
                      "; ".join(f"{shown(term['coefficient'])} {term['term']}"
                                for term in entry["terms"]) or "–"])
-    return table(["of", "slope", "95 % interval", "intercept", "adjusted R²", "published slope",
-                  "published intercept", "terms kept by F-tests"], rows)
+    published = ["published slope", "published intercept"] if is_published else []
+    return table(["of", "slope", "95 % interval", "intercept", "adjusted R²", *published,
+                  "terms kept by F-tests"], rows)
 
 
 def _add_residual_histograms(section: Section, study: Study, responses):
@@ -184,7 +192,7 @@ def _add_residual_histograms(section: Section, study: Study, responses):
         traces = [bars(found.residual_counts, found.residual_edges, "this study", BLUE)]
         published = published_residual_counts(response.published, response.predictor,
                                               response.values, found.residual_edges)
-        if published:
+        if published and has_published_stem(study):
             traces.append(outline(*published, f"published, {response.equation}", VERMILLION))
         plots.append(Plot(f"residuals-{response.key}", f"Residuals of {response.symbol}",
                           f"Histogram of the residuals of {response.symbol}.", traces,
@@ -192,8 +200,8 @@ def _add_residual_histograms(section: Section, study: Study, responses):
                                  axis("points", whole=True)), 280))
     if plots:
         section.add_plots(plots, "Number of points against their residual, as in the paper's Fig. 8. A good "
-                                 "law has one narrow peak at zero. A published law is not drawn if it is "
-                                 "for other stems.")
+                                 "law has one narrow peak at zero. A published law is drawn only for the "
+                                 "paper's stem.")
 
 
 def _add_maps(section: Section, study: Study, points: StudyPoints):
