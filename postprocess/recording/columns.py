@@ -189,7 +189,7 @@ def sensor_of(name: str, header_unit: str | None, usual_unit: str | None,
 
 
 def contradiction(table: RecordedTable, k: int, stated: str) -> str | None:
-    """What the file says about the unit of a column if it is not the stated one."""
+    """A sentence if the file states another unit of a column than the mapping; else None."""
     title = table.titles[k] or table.names[k]
     written = (table.units[k] or "").strip("[]()")
     is_voltage = plain(written) in VOLTAGES

@@ -26,7 +26,7 @@ COMPARE = {"<": np.less, "<=": np.less_equal, ">": np.greater, ">=": np.greater_
            "=": np.equal, "==": np.equal, "!=": np.not_equal}
 FEWEST_EQUAL = 3  # at the end of the range; one more elsewhere
 MOST_STATES = 6
-# Of a tracked point, as DeepLabCut and SLEAP write it; 0.6 is DeepLabCut's own limit (pcutoff).
+# DeepLabCut and SLEAP write one for each tracked point; 0.6 is DeepLabCut's limit (pcutoff).
 PROBABILITY = re.compile(r"likelihood|confidence|score|probability", re.IGNORECASE)
 LEAST_LIKELY = 0.6
 MOVING_DIGITS = 3.0  # per sample
@@ -100,7 +100,7 @@ def likely_conditions(table: RecordedTable, used: list[str]) -> list[str]:
 
 
 def report(text: str, key: str, is_assumed: bool, assumed: list[Assumption], notes: list[str]):
-    """What a mapping states is a note, what it does not state is an assumption."""
+    """Adds a note on a statement of the mapping, or else an assumption."""
     if is_assumed:
         assumed.append(Assumption(text, key))
     else:

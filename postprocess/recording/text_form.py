@@ -119,7 +119,7 @@ def written_decimal(lines: list[str]) -> str | None:
 
 
 def separates(form: TextForm, lines: list[str], run: Run) -> bool:
-    """Whether the delimiter occurs in the rows, also beside an empty cell."""
+    """Whether the delimiter occurs in the rows, also next to an empty cell."""
     return any(form.delimiter in line for line in lines[run.begin:run.end])
 
 

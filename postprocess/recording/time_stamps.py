@@ -19,7 +19,7 @@ UNITS = {"s": Fraction(1), "ms": Fraction(1, 10**3), "us": Fraction(1, 10**6),
          "day": Fraction(86400)}
 WORDS = {"s": "seconds", "ms": "milliseconds", "us": "microseconds", "ns": "nanoseconds",
          "min": "minutes", "h": "hours", "day": "days"}
-COUNTERS = (2**16, 2**32)  # a counter of so many states returns to 0
+COUNTERS = (2**16, 2**32)  # states after which a counter returns to 0
 SERIAL_DAYS = (36_526.0, 73_051.0)  # of spreadsheets: 2000 to 2100
 SHORTEST_STEP, LONGEST_STEP = 1e-8, 1.0  # s between samples of a swing that can be analysed
 YEARS = (1e9, 4.2e9)  # s since 1970: 2001 to 2103
