@@ -28,12 +28,13 @@ class Panel:
     response_label: str
     predictor_label: str
     colour_label: str
-    published: Law
+    published: Law | None  # only of the published stem
     published_name: str
     published_equation: str
 
 
-def panels_of(points: StudyPoints) -> tuple[Panel, Panel]:
+def panels_of(study: Study, points: StudyPoints) -> tuple[Panel, Panel]:
+    is_published = has_published_stem(study)
     youngs_modulus = Panel(
         response_key="sqrt_youngs_modulus",
         response=np.sqrt(points.youngs_modulus),
@@ -45,7 +46,7 @@ def panels_of(points: StudyPoints) -> tuple[Panel, Panel]:
         response_label=r"$\sqrt{Y}$ ($10^4\,\sqrt{\mathrm{Pa}}$)",
         predictor_label="Frequency $b_2$ (Hz)",
         colour_label="Bond damping β (–)",
-        published=PUBLISHED_YOUNGS_MODULUS,
+        published=PUBLISHED_YOUNGS_MODULUS if is_published else None,
         published_name="Eq. 12",
         published_equation=r"$\sqrt{Y}$ = 574.3 $b_2$ + 91.4",
     )
@@ -60,7 +61,7 @@ def panels_of(points: StudyPoints) -> tuple[Panel, Panel]:
         response_label="Bond damping β (–)",
         predictor_label="Decay per cycle $-b_1$ (–)",
         colour_label="Bond Young's modulus $Y$ (GPa)",
-        published=PUBLISHED_DAMPING,
+        published=PUBLISHED_DAMPING if is_published else None,
         published_name="Eq. 13",
         published_equation="β = \N{MINUS SIGN}261.4 $b_1$ + 2.5",
     )
@@ -80,8 +81,8 @@ def colours(panel: Panel) -> dict:
     return {"c": panel.colour, "cmap": COLOUR_MAP}
 
 
-def draw_laws(axes, panel: Panel, found: StudyLaw | str, is_published: bool):
-    """The fitted law, and the published one of the published stem, over the range of the points."""
+def draw_laws(axes, panel: Panel, found: StudyLaw | str):
+    """The fitted law, and the published one if there is one, over the range of the points."""
     drawn = panel.drawn_sign * panel.predictor
     ends = np.array([drawn.min(), drawn.max()])
     ends += np.array([-0.04, 0.04]) * (np.ptp(ends) or abs(ends[0]))
@@ -92,7 +93,7 @@ def draw_laws(axes, panel: Panel, found: StudyLaw | str, is_published: bool):
             f"adjusted $R^2$ = {found.adjusted_r_squared:.5f}, $n$ = {drawn.size}"
         )
         axes.plot(ends, found.law(predictor), color=BLACK, label=label, zorder=2)
-    if not is_published:
+    if panel.published is None:
         return
     axes.plot(
         ends,
@@ -123,14 +124,13 @@ def draw_residuals(axes, panel: Panel, law: Law):
     axes.set_ylim(-largest, largest)
 
 
-def draw_regression(figure, upper, lower, panel: Panel, found: StudyLaw | str,
-                    is_published: bool):
+def draw_regression(figure, upper, lower, panel: Panel, found: StudyLaw | str):
     """One column of the regression figure: the laws in the upper panel, the residuals below."""
     drawn = panel.drawn_sign * panel.predictor
     shown = upper.scatter(drawn, panel.response, s=14, linewidths=0, zorder=3, **colours(panel))
     if np.ptp(panel.colour) > 0.0:
         colour_bar(figure, shown, [upper, lower], panel.colour_label, panel.colour)
-    draw_laws(upper, panel, found, is_published)
+    draw_laws(upper, panel, found)
     upper.set_ylabel(panel.response_label)
     leave_room_above(upper, 0.34)
     if upper.lines:
@@ -150,10 +150,9 @@ def regression_figure(study: Study):
     points = fitted_points(study)
     figure = new_figure(3.8, conditions(study))
     all_axes = figure.subplots(2, 2, sharex="col", height_ratios=(3.2, 1.0))
-    for column, panel in enumerate(panels_of(points)):
+    for column, panel in enumerate(panels_of(study, points)):
         upper, lower = all_axes[:, column]
-        draw_regression(figure, upper, lower, panel, study_law(study, panel.response_key),
-                        has_published_stem(study))
+        draw_regression(figure, upper, lower, panel, study_law(study, panel.response_key))
         mark(upper, "ab"[column])
     all_axes[0, 0].yaxis.set_major_formatter(lambda value, _: number(1e-4 * value))
     return figure
@@ -180,7 +179,7 @@ def residual_figure(study: Study):
     points = fitted_points(study)
     figure = new_figure(2.7, conditions(study))
     all_axes = figure.subplots(1, 2)
-    for letter, axes, panel in zip("ab", all_axes, panels_of(points)):
+    for letter, axes, panel in zip("ab", all_axes, panels_of(study, points)):
         found = study_law(study, panel.response_key)
         mark(axes, letter)
         axes.set_xlabel(f"Residual of {panel.symbol} (% of the largest value)")
@@ -197,7 +196,7 @@ def residual_figure(study: Study):
             alpha=0.6,
             label=f"this study: {equation(panel, found.law)}",
         )
-        if has_published_stem(study):
+        if panel.published is not None:
             draw_published_residuals(axes, panel, found.residual_edges)
         axes.axvline(0.0, ymax=0.7, color=BLACK, linewidth=0.6, linestyle=":")
         axes.legend(loc="upper left")

@@ -9,7 +9,7 @@ import datetime
 import re
 from fractions import Fraction
 
-CLOCK = re.compile(r"(?:(\d{1,4})([-/.])(\d\d?)[-/.](\d{2,4})[T, ]+)?(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)"
+CLOCK = re.compile(r"(?:(\d{1,4})[-/.](\d\d?)[-/.](\d{2,4})[T, ]+)?(\d\d?):(\d\d):(\d\d(?:[.,]\d+)?)"
                    r"(?: ?([AP])M|Z)?", re.IGNORECASE)
 FIRST_DAY = datetime.date(1970, 1, 1).toordinal()
 
@@ -22,7 +22,7 @@ def clock_seconds(texts: list[str]) -> list[Fraction] | None:
         match = CLOCK.fullmatch(text.strip())
         if match is None:
             return None
-        first, sign, month, last, hour, minute, second, half = match.groups()
+        first, month, last, hour, minute, second, half = match.groups()
         is_sorted = first is not None and len(first) == 4  # year, month, day
         if is_sorted:
             day = datetime.date(int(first), int(month), int(last)).toordinal() - FIRST_DAY

@@ -190,15 +190,15 @@ def sensor_of(name: str, header_unit: str | None, usual_unit: str | None,
 
 def contradiction(table: RecordedTable, k: int, stated: str) -> str | None:
     """A sentence if the file states another unit of a column than the mapping; else None."""
-    title = table.titles[k] or table.names[k]
     written = (table.units[k] or "").strip("[]()")
     is_voltage = plain(written) in VOLTAGES
     found = written if is_voltage else (SPELLINGS.get(plain(written))
-                                        or split_unit(title, SPELLINGS)[1])
+                                        or split_unit(table.titles[k], SPELLINGS)[1])
     if found in (None, stated) or stated == "px":
         return None
     remedy = "state [source] factors" if is_voltage else "the mapping counts"
-    return f'column "{title}" is in {found} by the file, and in {stated} by the mapping: {remedy}'
+    return (f'column "{table.titles[k]}" is in {found} by the file, and in {stated} by the mapping: '
+            f"{remedy}")
 
 
 def usual_half_swing(values: np.ndarray) -> float:
@@ -213,7 +213,7 @@ def usual_half_swing(values: np.ndarray) -> float:
 
 def is_reading(table: RecordedTable, k: int) -> bool:
     """Whether a column may be a motion: numbers that vary, and no flag, time or other quantity."""
-    name, unit = table.titles[k] or table.names[k], plain(table.units[k] or "").strip("[]()")
+    name, unit = table.titles[k], plain(table.units[k] or "").strip("[]()")
     if not table.is_numeric(k) or is_time(name) or FLAG_NAME.fullmatch(name):
         return False
     if unit in FOREIGN_UNITS:
@@ -237,28 +237,31 @@ def begins_moving(columns: dict[str, np.ndarray]) -> bool:
     return True
 
 
-def has_these_times(table: RecordedTable, n: int, k: int | None) -> bool:
-    """Whether a column is read at the times of column k. In a table of several runs a reading's times
+def columns_of_other_runs(table: RecordedTable, k: int | None) -> list[int]:
+    """Columns that are not read at the times of column k. In a table of several runs a reading's times
     are the nearest ones to its left."""
-    own = [j for j in range(n) if is_time(table.titles[j]) and ascent(table, j)
-           and stated_time_unit(table, j) != "frame"]
-    if k is None or not own or own[-1] == k:
-        return True
-    times, others = table.values(k), table.values(own[-1])
-    same = np.isclose(times, others, rtol=0.0, atol=0.01 * (times[1] - times[0]))
-    if k not in own or np.all(same | ~np.isfinite(others)):
-        return True
-    table.notes.append(f'column "{table.names[n]}" needs another mapping: its times are those of '
-                       f'"{table.names[own[-1]]}"')
-    return False
+    if k is None:
+        return []
+    found, own, times = [], k, table.values(k)
+    for n in range(k + 1, len(table.names)):
+        if is_time(table.titles[n]) and ascent(table, n) and stated_time_unit(table, n) != "frame":
+            others = table.values(n)
+            same = np.isclose(times, others, rtol=0.0, atol=0.01 * (times[1] - times[0]))
+            own = k if np.all(same | ~np.isfinite(others)) else n
+        elif own != k and is_reading(table, n):
+            found.append(n)
+            table.notes.append(f'column "{table.names[n]}" needs another mapping: its times are those '
+                               f'of "{table.names[own]}"')
+    return found
 
 
 def record_of(table: RecordedTable, usual_unit: str | None, file_name: str) -> Record:
     """`usual_unit` is that of displacements whose names state none; times are then in s."""
     k = time_column(table)
     of_header = SPELLINGS.get(plain(table.length_unit or ""))
-    readings = [n for n in range(len(table.names)) if n != k and is_reading(table, n)
-                and has_these_times(table, n, k)]
+    others = columns_of_other_runs(table, k)
+    readings = [n for n in range(len(table.names))
+                if n != k and n not in others and is_reading(table, n)]
     sensors = [sensor_of(table.names[n], table.units[n], usual_unit, of_header, file_name)
                for n in readings]
     named = [sensor for sensor in sensors if not sensor.is_guess]

@@ -19,7 +19,7 @@ from recording.recorded_file import USUAL_UNITS, recorded_table
 from recording.recorded_table import Assumption, RecordedTable
 from recording.refusal import Refusal
 from recording.text_table import TextOptions
-from recording.time_stamps import rate_of, times_of, unwrapped
+from recording.time_stamps import likely_repair, rate_of, times_of
 from report import write_whole
 
 MOST_SHOWN = 4  # columns
@@ -90,7 +90,7 @@ def summary(recording: Path, mapping: Path, table: RecordedTable, record: Record
     else:
         guess = " (a guess)" if record.is_unit_guess else ""
         title = table.titles[table.names.index(record.time)]
-        name = f'column {record.time}, "{title}"' if title not in ("", record.time) else record.time
+        name = f'column {record.time}, "{title}"' if title != record.time else record.time
         time = f"  {short(name, 50)}: time in {record.time_unit}{guess}"
     return [f"{short(recording.name, 40)}: {extent(table, record, seconds)}", time,
             *columns_found(record), *assumed_lines(assumptions), *map(short, table.notes), motion,
@@ -111,16 +111,11 @@ def time_assumptions(table: RecordedTable,
         seconds = times_of(table, None, "s", table.rate.hertz, None)[0].seconds
         return seconds, None, [Assumption(f"{table.rate.hertz:g} samples/s: {table.rate.source}",
                                           "[time] rate_hz")]
-    column = table.columns[k]
-    steps = np.diff(unwrapped(column)[0]) if table.is_numeric(k) else []
-    repair = None
-    if np.any(np.less_equal(steps, 0)):
-        repair = "drop" if np.any(np.less(steps, 0)) else "spread"
+    repair = likely_repair(table.columns[k]) if table.is_numeric(k) else None
     times, assumed = times_of(table, k, record.time_unit, rate, repair)
     if record.is_unit_guess:
-        name = table.titles[k] or table.names[k]
-        assumed.insert(0, Assumption(f'times are in {record.time_unit}, which the name "{name}" '
-                                     "does not state", "[time] unit"))
+        assumed.insert(0, Assumption(f'times are in {record.time_unit}, which the name '
+                                     f'"{table.titles[k]}" does not state', "[time] unit"))
     return times.seconds, repair, assumed
 
 

@@ -74,10 +74,8 @@ def unit_line(sensor: Sensor) -> str:
     if sensor.unit is not None:
         scale = "   # a guess: Tracker's usual unit; the project's scale decides"
         return f'unit = "{sensor.unit}"' + (scale if sensor.is_unit_usual else "")
-    if sensor.is_voltage:
-        return (f"# unit =   # of a reading times its factor, in quotes: "
-                f"{', '.join(UNITS[sensor.quantity])}")
-    return f"# unit =   # of the column, in quotes: {', '.join(UNITS[sensor.quantity])}"
+    what = "a reading times its factor" if sensor.is_voltage else "the column"
+    return f"# unit =   # of {what}, in quotes: {', '.join(UNITS[sensor.quantity])}"
 
 
 def sensor_lines(sensor: Sensor) -> list[str]:
@@ -120,9 +118,10 @@ def unused_lines(names: list[str]) -> list[str]:
 def mapping_text(file: str, stem: str, table: RecordedTable, record: Record,
                  repair: str | None) -> str:
     lines = source_lines(file, table, record) + time_lines(table, record, repair)
-    lines += height_lines(record.heights)
+    heights = record.heights
+    lines += height_lines(heights)
     for sensor in record.sensors:
-        if sensor not in record.heights:
+        if sensor not in heights:
             lines += sensor_lines(sensor)
     lines += unused_lines(record.unused) + ["", "[stem]", f"id = {toml_value(stem)}"]
     return HEAD + "\n" + "\n".join(lines) + STEM

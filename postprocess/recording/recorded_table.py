@@ -46,11 +46,12 @@ class RecordedTable:
     assumptions: list[Assumption] = field(default_factory=list)
     notes: list[str] = field(default_factory=list)
     exact_texts: Callable[[int], list[str]] | None = None  # of a column's cells
-    titles: list[str] = field(default_factory=list)  # the names as written, which may repeat
+    titles: list[str] = field(default_factory=list)  # as written, may repeat; a name where empty
 
     def __post_init__(self):
         self.units = self.units or [None] * len(self.names)
-        self.titles = self.titles or list(self.names)
+        self.titles = [title or name for title, name in
+                       zip(self.titles or self.names, self.names, strict=True)]
         for k, column in enumerate(self.columns):
             infinite = np.flatnonzero(np.isinf(column)) if column.dtype.kind == "f" else []
             if len(infinite):

@@ -9,11 +9,10 @@ import csv
 import re
 from dataclasses import dataclass
 
+from recording.clock_times import CLOCK
 from recording.refusal import Refusal
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-CLOCK = re.compile(r"(\d{1,4}[-/.]\d\d?[-/.]\d{2,4}[T, ]*)?(\d\d?:\d\d:\d\d([.,]\d+)?)?( ?[AP]M|Z)?",
-                   re.IGNORECASE)
 DECIMAL_KEY = re.compile(r"decimal[_ ]separator\W*?,")
 ONE_DECIMAL_COMMA = re.compile(r"[+-]?\d+,(\d{2,})")
 GROUPED_DIGITS = re.compile(r"[+-]?\d{1,3}((,\d{3})+\.\d+|(\.\d{3})+,\d+)")

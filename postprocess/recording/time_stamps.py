@@ -133,17 +133,28 @@ def resolution_of(seconds: np.ndarray) -> float:
     return float(np.min(steps[steps > 0])) if np.any(steps > 0) else 0.0
 
 
+def are_later_than_all_before(seconds: np.ndarray) -> np.ndarray:
+    return seconds > np.concatenate([[-np.inf], np.maximum.accumulate(seconds)[:-1]])
+
+
+def likely_repair(stamps: np.ndarray) -> str | None:
+    """What a mapping is proposed to say on stamps that repeat or go back; None if they ascend."""
+    steps = np.diff(unwrapped(stamps)[0])
+    if np.any(steps < 0):
+        return "drop"
+    return "spread" if np.any(steps == 0) else None
+
+
 def refuse_set_back(table: RecordedTable, name: str, seconds: np.ndarray):
     """Refuses times of which more than a few rows repeat earlier ones: dropping them would join two
     records, or leave out a part of one."""
-    overlap = seconds <= np.maximum.accumulate(np.concatenate([[-np.inf], seconds[:-1]]))
     back = np.flatnonzero(np.diff(seconds) < 0) + 1
-    rows = np.flatnonzero(overlap)
-    if back.size == 0 or rows.size <= max(3 * back.size, 0.01 * len(seconds)):
+    overlap = int(np.sum(~are_later_than_all_before(seconds)))
+    if back.size == 0 or overlap <= max(3 * back.size, 0.01 * len(seconds)):
         return
     jump = seconds[back[0] - 1] - seconds[back[0]]
     raise Refusal(f'column "{name}" goes back by {jump:.4g} s ({table.where(back)}), and '
-                  f"{counted(rows.size, 'row')} from there on repeat earlier times. If the samples go on "
+                  f"{counted(overlap, 'row')} from there on repeat earlier times. If the samples go on "
                   "without a pause, state [time] rate_hz instead of the column; if the file "
                   "contains two records, split it there")
 
@@ -174,8 +185,7 @@ def repaired(seconds: np.ndarray, repair: str) -> tuple[np.ndarray, np.ndarray, 
     """Times that ascend, the rows that are kept, and what was done."""
     rows = np.arange(len(seconds))
     if repair == "drop":
-        before = np.concatenate([[-np.inf], np.maximum.accumulate(seconds)[:-1]])
-        kept = seconds > before
+        kept = are_later_than_all_before(seconds)
         return seconds[kept], rows[kept], f"{np.sum(~kept)} rows are left out"
     slope, offset = np.polyfit(rows, seconds, 1)
     line = slope * rows + offset

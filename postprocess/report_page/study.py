@@ -54,7 +54,7 @@ def add_vibrations(section: Section, study: Study):
     except StudyError as error:
         section.verdict.append(str(error))
         return
-    responses = _responses(points)
+    responses = _responses(study, points)
     section.verdict += [_law_sentence(study, response) for response in responses]
     laws = [(response, study_law(study, response.key)) for response in responses]
     laws = [_equation(r, found.law) for r, found in laws if isinstance(found, StudyLaw)]
@@ -72,21 +72,23 @@ def add_vibrations(section: Section, study: Study):
 
 
 class _Response:
-    """√Y on b2 (Eq. 12) or β on b1 (Eq. 13), and the published law."""
+    """√Y on b2 (Eq. 12) or β on b1 (Eq. 13), and the published law of the published stem."""
 
     def __init__(self, key, symbol, predictor_symbol, values, predictor, other, published, labels):
         self.key, self.symbol, self.predictor_symbol = key, symbol, predictor_symbol
         self.values, self.predictor, self.other = values, predictor, other
-        self.published: Law = published
+        self.published: Law | None = published
         self.equation, self.label, self.predictor_label, self.other_label = labels
 
 
-def _responses(points: StudyPoints) -> tuple[_Response, _Response]:
+def _responses(study: Study, points: StudyPoints) -> tuple[_Response, _Response]:
+    modulus, damping = ((PUBLISHED_YOUNGS_MODULUS, PUBLISHED_DAMPING) if has_published_stem(study)
+                        else (None, None))
     return (_Response("sqrt_youngs_modulus", "√Y", "b2", np.sqrt(points.youngs_modulus),
-                      points.frequency, points.damping, PUBLISHED_YOUNGS_MODULUS,
+                      points.frequency, points.damping, modulus,
                       ("Eq. 12", "√Y, √Pa", "frequency b2, Hz", "bond damping β")),
             _Response("bond_damping", "β", "b1", points.damping, points.decay_per_cycle,
-                      1e-9 * points.youngs_modulus, PUBLISHED_DAMPING,
+                      1e-9 * points.youngs_modulus, damping,
                       ("Eq. 13", "bond damping β", "decay per cycle b1", "Y, GPa")))
 
 
@@ -103,7 +105,7 @@ def _law_sentence(study: Study, response: _Response) -> str:
     largest = np.abs(found.law.residuals_percent(response.predictor, response.values)).max()
     sentence = (f"{_equation(response, found.law)} (adjusted R² {found.adjusted_r_squared:.5f}) "
                 f"predicts {response.symbol} to within {shown(float(largest), 2)} % of its largest value")
-    if not has_published_stem(study):
+    if response.published is None:
         return sentence + "."
     return f"{sentence}; published ({response.equation}): {_equation(response, response.published)}."
 
@@ -114,8 +116,7 @@ def _point_text(points: StudyPoints, row: int) -> str:
             f"b1 = {number(points.decay_per_cycle[row])} per cycle")
 
 
-def _regression_plot(response: _Response, found: StudyLaw | str, ids, texts,
-                     is_published: bool) -> Plot:
+def _regression_plot(response: _Response, found: StudyLaw | str, ids, texts) -> Plot:
     """The laws in the upper panel, the residuals of the fitted law in the lower one."""
     leaves = (np.zeros(response.values.size) if isinstance(found, str)
               else found.law.residuals_percent(response.predictor, response.values))
@@ -129,7 +130,7 @@ def _regression_plot(response: _Response, found: StudyLaw | str, ids, texts,
     traces = [cloud]
     if isinstance(found, StudyLaw):
         traces.append(line(ends, found.law(ends), "this study", BLACK, hoverinfo="skip"))
-    if is_published:
+    if response.published:
         traces.append(line(ends, response.published(ends), f"published, {response.equation}",
                            VERMILLION, "dash", hoverinfo="skip"))
     look = layout(axis(response.predictor_label),
@@ -144,20 +145,19 @@ def _regression_plot(response: _Response, found: StudyLaw | str, ids, texts,
         look |= {"xaxis": axis(response.predictor_label), "yaxis": axis(response.label)}
     return Plot(f"regression-{response.key}", f"{response.symbol} on {response.predictor_symbol}",
                 f"{response.label} against {response.predictor_label} of every fitted point, with "
-                f"the law of this study{' and the published one' if is_published else ''}; the "
+                f"the law of this study{' and the published one' if response.published else ''}; the "
                 "residuals below.", traces, look, 460)
 
 
 def _add_regressions(section: Section, study: Study, points: StudyPoints, responses, texts):
     found = [(response, study_law(study, response.key)) for response in responses]
     known = [pair for pair in found if isinstance(pair[1], StudyLaw)]
-    is_published = has_published_stem(study)
-    plots = [_regression_plot(r, law, points.id, texts, is_published) for r, law in known or found]
+    plots = [_regression_plot(r, law, points.id, texts) for r, law in known or found]
     caption = (f"Every point is one simulated stem ({conditions(study)}). The lines are the laws, "
                "and the lower panels show the residuals of this study's law in per cent of the largest "
                "value. A good law leaves small residuals without a pattern; a curve in them shows that "
                "the relation is not linear.")
-    if not is_published:
+    if responses[0].published is None:
         caption += " The published laws are not drawn, because they are those of the paper's stem."
     most = max(len(plot.traces[0]["x"]) for plot in plots)
     if most < points.id.size:
@@ -167,7 +167,7 @@ def _add_regressions(section: Section, study: Study, points: StudyPoints, respon
 
 
 def _laws_table(study: Study, responses) -> str:
-    rows, is_published = [], has_published_stem(study)
+    rows, is_published = [], responses[0].published is not None
     for response in responses:
         entry = study.summary["regression"][response.key]
         if "reason" in entry:
@@ -190,9 +190,9 @@ def _add_residual_histograms(section: Section, study: Study, responses):
         if isinstance(found, str):
             continue
         traces = [bars(found.residual_counts, found.residual_edges, "this study", BLUE)]
-        published = published_residual_counts(response.published, response.predictor,
-                                              response.values, found.residual_edges)
-        if published and has_published_stem(study):
+        published = response.published and published_residual_counts(
+            response.published, response.predictor, response.values, found.residual_edges)
+        if published:
             traces.append(outline(*published, f"published, {response.equation}", VERMILLION))
         plots.append(Plot(f"residuals-{response.key}", f"Residuals of {response.symbol}",
                           f"Histogram of the residuals of {response.symbol}.", traces,
