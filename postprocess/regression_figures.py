@@ -10,8 +10,7 @@ import numpy as np
 from culm_archive import Study
 from figure_style import colour_bar, leave_room_above, mark, new_figure, styled
 from palette import BLACK, BLUE, COLOUR_MAP, VERMILLION, number
-from study_laws import (PUBLISHED_DAMPING, PUBLISHED_YOUNGS_MODULUS, Law, StudyLaw,
-                        has_published_stem, published_residual_counts, study_law)
+from study_laws import Law, StudyLaw, published_laws, published_residual_counts, study_law
 from study_points import StudyPoints, conditions, fitted_points
 
 @dataclass(frozen=True)
@@ -34,7 +33,7 @@ class Panel:
 
 
 def panels_of(study: Study, points: StudyPoints) -> tuple[Panel, Panel]:
-    is_published = has_published_stem(study)
+    of_modulus, of_damping = published_laws(study)
     youngs_modulus = Panel(
         response_key="sqrt_youngs_modulus",
         response=np.sqrt(points.youngs_modulus),
@@ -46,7 +45,7 @@ def panels_of(study: Study, points: StudyPoints) -> tuple[Panel, Panel]:
         response_label=r"$\sqrt{Y}$ ($10^4\,\sqrt{\mathrm{Pa}}$)",
         predictor_label="Frequency $b_2$ (Hz)",
         colour_label="Bond damping β (–)",
-        published=PUBLISHED_YOUNGS_MODULUS if is_published else None,
+        published=of_modulus,
         published_name="Eq. 12",
         published_equation=r"$\sqrt{Y}$ = 574.3 $b_2$ + 91.4",
     )
@@ -61,7 +60,7 @@ def panels_of(study: Study, points: StudyPoints) -> tuple[Panel, Panel]:
         response_label="Bond damping β (–)",
         predictor_label="Decay per cycle $-b_1$ (–)",
         colour_label="Bond Young's modulus $Y$ (GPa)",
-        published=PUBLISHED_DAMPING if is_published else None,
+        published=of_damping,
         published_name="Eq. 13",
         published_equation="β = \N{MINUS SIGN}261.4 $b_1$ + 2.5",
     )

@@ -35,15 +35,15 @@ class StudyLaw:
 
 
 # The residuals of a published law are drawn if nine of ten are smaller than this, in per cent. If
-# they are not, the study has other stems than the paper, and these have other laws.
+# they are not, the published law does not describe the points, for example under another bond law.
 LARGEST_COMPARABLE_RESIDUAL = 20.0
 MOST_BINS = 200
 
-# √Y in √Pa from b2 in Hz (Eq. 12), β from b1 per cycle (Eq. 13).
-# They are those of one stem: Table 1 of the paper.
+# Table 1 of the paper: the published laws are those of this stem.
 PUBLISHED_STEM = {"spheres": 56, "sphere_diameter_mm": 2.83, "bond_length_mm": 2.83,
                   "bond_diameter_mm": 2.83, "bond_inner_diameter_mm": 0.0, "density_kg_m3": 125.0}
 CALIBRATED = ("bond_damping", "bond_youngs_modulus")
+# √Y in √Pa from b2 in Hz (Eq. 12), β from b1 per cycle (Eq. 13).
 PUBLISHED_YOUNGS_MODULUS = Law(intercept=91.4, slope=574.3)
 PUBLISHED_DAMPING = Law(intercept=2.5, slope=-261.4)
 
@@ -59,6 +59,12 @@ def has_published_stem(study: Study) -> bool:
                    for key, value in stated.items())
     except ValueError:
         return False
+
+
+def published_laws(study: Study) -> tuple[Law, Law] | tuple[None, None]:
+    """Eqs. 12 and 13 if they are those of the study's stem."""
+    return ((PUBLISHED_YOUNGS_MODULUS, PUBLISHED_DAMPING) if has_published_stem(study)
+            else (None, None))
 
 
 def study_law(study: Study, response: str) -> StudyLaw | str:
@@ -105,7 +111,7 @@ def bins_that_hold(edges: np.ndarray, values: np.ndarray) -> np.ndarray | None:
 
 def published_residual_counts(published: Law, predictor, response, edges: np.ndarray):
     """Counts and edges of the residuals of a published law, with bins like `edges`; None if the law
-    is for other stems or the bins are too narrow for it."""
+    does not describe the points or the bins are too narrow for it."""
     residuals = published.residuals_percent(predictor, response)
     bins = bins_that_hold(edges, residuals)
     if bins is None or np.quantile(np.abs(residuals), 0.9) > LARGEST_COMPARABLE_RESIDUAL:

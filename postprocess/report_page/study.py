@@ -14,8 +14,7 @@ from report_page.drawing import (SEQUENTIAL, axis, bars, chosen_rows, dots, heat
 from report_page.markup import Plot, Section, escaped, facts, folded, shown, table
 from report_page.picker import add_picker, factor_name
 from report_page.timestep import add_timestep
-from study_laws import (PUBLISHED_DAMPING, PUBLISHED_YOUNGS_MODULUS, Law, StudyLaw,
-                        has_published_stem, published_residual_counts, study_law)
+from study_laws import Law, StudyLaw, published_laws, published_residual_counts, study_law
 from study_points import StudyPoints, conditions, fitted_points
 from timestep_results import is_timestep_study
 
@@ -82,8 +81,7 @@ class _Response:
 
 
 def _responses(study: Study, points: StudyPoints) -> tuple[_Response, _Response]:
-    modulus, damping = ((PUBLISHED_YOUNGS_MODULUS, PUBLISHED_DAMPING) if has_published_stem(study)
-                        else (None, None))
+    modulus, damping = published_laws(study)
     return (_Response("sqrt_youngs_modulus", "√Y", "b2", np.sqrt(points.youngs_modulus),
                       points.frequency, points.damping, modulus,
                       ("Eq. 12", "√Y, √Pa", "frequency b2, Hz", "bond damping β")),
