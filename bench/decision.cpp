@@ -62,7 +62,7 @@ double over_noise_with(const fit::SelectedEffects& effects, const measure::Measu
     std::vector<fit::SelectedEffects> sets;
     if (!effects.empty())
         sets.push_back(effects);
-    return diagnose::fit_nested({&exact, 1}, sets).models.back().stated.rmse / *exact.noise;
+    return diagnose::fit_nested({&exact, 1}, sets).models.back().rmse / *exact.noise;
 }
 
 /// All hidden effects but the one that is not wanted. A law that the library lacks is omitted.
@@ -171,10 +171,10 @@ json diagnosed(const bench::DecisionCase& drawn, const std::vector<HiddenTruth>&
         answer = answered(found);
         out["explanations"] = explanations_of(found.posterior, truth);
         out["reason"] = found.reason;
-        out["baseline_over_noise"] = found.stated_baseline.rmse / *drawn.recording.noise;
+        out["baseline_over_noise"] = found.baseline.rmse / *drawn.recording.noise;
         out["final_reduced_chi2"] = found.final_fit.reduced_chi_squared;
         if (answer.verdict != "unknown")
-            out["sizes"] = sizes_of(drawn.hidden, found.ladder.back().stated);
+            out["sizes"] = sizes_of(drawn.hidden, found.final_fit);
     } catch (const std::exception& error) {
         answer.verdict = "failed";
         out["reason"] = error.what();

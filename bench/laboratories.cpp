@@ -19,8 +19,8 @@
 #include "bench/laboratory_cases.hpp"
 #include "bench/result_file.hpp"
 #include "bench/run_program.hpp"
-#include "diagnose/ladder.hpp"
 #include "diagnose/laboratory/laboratory.hpp"
+#include "diagnose/ladder.hpp"
 #include "farm/environment.hpp"
 #include "farm/item_map.hpp"
 
@@ -81,7 +81,7 @@ std::vector<double> own_over_noise(const DrawnLaboratory& drawn, const core::Ite
         if (drawn.stems[s].own.empty())
             return 0.0;
         const Recordings exact{bench::exact_recording(drawn.stems[s], {})};
-        return diagnose::fit_nested(exact, {}).models.back().stated.rmse / drawn.stems[s].noise;
+        return diagnose::fit_nested(exact, {}).models.back().rmse / drawn.stems[s].noise;
     };
     for (const core::ItemOutcome<double>& each :
          map.outcomes(std::vector(drawn.stems.size(), 1.0), of_stem))

@@ -119,8 +119,7 @@ void to_json(json& out, const Number& number) {
 }
 
 /// The model with the effects of `fit`, as `culm calibrate` fits it.
-diagnose::ModelFit with_budget(const fit::Fit& fit,
-                               std::span<const measure::Measurement> recordings) {
+fit::Fit with_budget(const fit::Fit& fit, std::span<const measure::Measurement> recordings) {
     std::vector<fit::SelectedEffects> sets;
     if (!fit.effects.empty())
         sets.push_back(fit.effects);
@@ -160,15 +159,13 @@ Found found_in(const measure::Measurement& measurement, bool has_effect) {
     const auto start = std::chrono::steady_clock::now();
     try {
         const diagnose::Diagnosis diagnosis = diagnose::diagnose(recordings, options);
-        const diagnose::ModelFit fit =
+        const fit::Fit fit =
             with_budget(has_effect ? diagnosis.final_fit : diagnosis.baseline, recordings);
         found.summary = bench::diagnosis_summary(diagnosis);
-        found.model = fit.stated.names;
-        if (fit.judged.is_fitted()) {
-            const fit::RecordingFit& part = fit.stated.parts.front();
-            const fit::UncertaintyBudget budget =
-                fit::uncertainty_budget(part, fit.judged.parts.front(), measurement);
-            found.numbers = numbers_of(part, budget);
+        found.model = fit.names;
+        if (fit.is_fitted()) {
+            const fit::UncertaintyBudget budget = fit::uncertainty_budget(fit, measurement);
+            found.numbers = numbers_of(fit.parts.front(), budget);
             for (const fit::BudgetInput& line : budget.inputs)
                 found.summary["pulls"][line.input.name] = line.pull;
         }

@@ -69,9 +69,8 @@ double score(const fit::RecordingFit& fit, const physics::ParameterId& id, doubl
     return (found.value - truth) / found.standard_error;
 }
 
-bool is_found(const diagnose::NestedFits& fits, const diagnose::ModelFit& model,
-              diagnose::Finding finding) {
-    return diagnose::verdict_on(model.judged, fits.recordings).finding == finding;
+bool is_found(const diagnose::NestedFits& fits, const fit::Fit& model, diagnose::Finding finding) {
+    return diagnose::verdict_on(model, fits.recordings).finding == finding;
 }
 
 json case_of(const HiddenTruth& truth, const std::string& family, std::uint64_t number) {
@@ -80,10 +79,10 @@ json case_of(const HiddenTruth& truth, const std::string& family, std::uint64_t 
     if (*truth.effect != '\0')
         sets.push_back(physics::parse_effects(truth.effect, {}));
     const diagnose::NestedFits fits = diagnose::fit_nested({&recording, 1}, sets);
-    const diagnose::ModelFit& right = fits.models.back();
-    if (right.judged.failed() || right.stated.failed())
-        return {{"failure", right.judged.reason}};
-    const fit::RecordingFit& part = right.stated.parts.front();
+    const fit::Fit& right = fits.models.back();
+    if (right.failed())
+        return {{"failure", right.reason}};
+    const fit::RecordingFit& part = right.parts.front();
     const beam::BeamStem stem;
     run::CaseSpec unit = fit::chain_of(recording).spec;
     unit.stem.bond_youngs_modulus = stem.youngs_modulus;
@@ -91,7 +90,7 @@ json case_of(const HiddenTruth& truth, const std::string& family, std::uint64_t 
     return {
         {"is_adequate", is_found(fits, right, diagnose::Finding::Adequate)},
         {"is_chain_inadequate", is_found(fits, fits.models.front(), diagnose::Finding::Inadequate)},
-        {"reduced_chi2", right.judged.reduced_chi_squared},
+        {"reduced_chi2", right.reduced_chi_squared},
         {"over_noise", fit::over_noise(part)},
         {"error_of_youngs_modulus", score(part, physics::bond_youngs_modulus, stem.youngs_modulus)},
         {"error_of_damping",

@@ -82,9 +82,9 @@ json case_of(std::uint64_t number) {
         out["failure"] = error.what();
         return out;
     }
-    const fit::RecordingFit& part = stem.fit;
+    const fit::RecordingFit& part = stem.part();
     const fit::UncertaintyBudget& budget = stem.budget;
-    out["reduced_chi2"] = stem.judged.reduced_chi_squared;
+    out["reduced_chi2"] = stem.fit.reduced_chi_squared;
     // β belongs to the chain of the true stem, not of the stated one.
     run::CaseSpec unit = fit::chain_of(real).spec;
     unit.stem.bond_youngs_modulus = truth.spec.stem.youngs_modulus;

@@ -82,7 +82,7 @@ void require_swing(const measure::Measurement& measurement, const fit::Recording
     constexpr double largest_ratio = 1.25; // Eq. 1 of a swing with an effect is right within that
     const double swing =
         run::natural_frequency(fit::baseline_model(measurement, options.fit.chain).spec);
-    const double mode = run::natural_frequency(fit::case_beside_errors(fit.model));
+    const double mode = run::natural_frequency(fit::computed_case(fit.model));
     if (mode < largest_ratio * swing && swing < largest_ratio * mode)
         return;
     throw core::NumericalError(
@@ -94,8 +94,7 @@ void require_swing(const measure::Measurement& measurement, const fit::Recording
 }
 
 /// The last model of fit_nested().
-diagnose::ModelFit fitted(const measure::Measurement& measurement,
-                          const CalibrationOptions& options) {
+fit::Fit fitted(const measure::Measurement& measurement, const CalibrationOptions& options) {
     if (measurement.release == measure::ReleaseKind::HeldStraight && options.effects.empty())
         throw core::InputError(
             fmt::format("{}: [release] kind = \"held_straight\": nothing moves such a stem in a "
@@ -104,17 +103,13 @@ diagnose::ModelFit fitted(const measure::Measurement& measurement,
     std::vector<fit::SelectedEffects> sets;
     if (!options.effects.empty())
         sets.push_back(options.effects);
-    diagnose::NestedFits fits = diagnose::fit_nested({&measurement, 1}, sets, options.fit);
-    diagnose::ModelFit& model = fits.models.back();
-    // A parameter at its bound is not calibrated, unless only the error terms move it there.
-    const std::string& reason = model.stated.reason.empty() && model.judged.failed()
-                                    ? model.judged.reason
-                                    : model.stated.reason;
-    if (!reason.empty())
+    fit::Fit model =
+        std::move(diagnose::fit_nested({&measurement, 1}, sets, options.fit).models.back());
+    if (!model.reason.empty()) // also a parameter at its bound is not calibrated
         throw core::NumericalError(core::FailureKind::FitFailed,
-                                   fmt::format("{}: {}", measurement.stem.id, reason));
-    require_swing(measurement, model.stated.parts.front(), options);
-    return std::move(model);
+                                   fmt::format("{}: {}", measurement.stem.id, model.reason));
+    require_swing(measurement, model.parts.front(), options);
+    return model;
 }
 
 /// A whole number below `count`, the same on every standard library (a bias of count/2⁶⁴).
@@ -130,14 +125,14 @@ reduce::Bounds central_95_percent(std::vector<double> values) {
 
 } // namespace
 
-CalibrationCheck check_calibration(const fit::RecordingFit& fit,
+CalibrationCheck check_calibration(const fit::StemModel& model,
                                    const measure::Measurement& measurement,
                                    const reduce::RingDownAnalysisOptions& options,
                                    const run::Integrator& integrator) {
     CalibrationCheck check;
     check.measured = reduce::fit_stem(residuals::histories_of(measurement), options);
     check.simulated =
-        reduce::fit_stem(simulated_histories(fit.model, measurement, integrator), options);
+        reduce::fit_stem(simulated_histories(model, measurement, integrator), options);
     check.decay_per_cycle = paired_mean(check, &reduce::RingDownAnalysis::decay_per_cycle);
     check.frequency = paired_mean(check, &reduce::RingDownAnalysis::frequency);
     if (std::isinf(check.decay_per_cycle.standard_error))
@@ -152,20 +147,18 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
     Calibration result;
     result.id = measurement.stem.id;
     result.stem = measurement.stem;
-    diagnose::ModelFit model = fitted(measurement, options);
-    result.fit = std::move(model.stated.parts.front());
-    result.judged = std::move(model.judged.parts.front());
-    result.budget = fit::uncertainty_budget(result.fit, result.judged, measurement);
-    const run::CaseSpec chain = fit::case_beside_errors(result.fit.model);
+    result.fit = fitted(measurement, options);
+    result.budget = fit::uncertainty_budget(result.fit, measurement);
+    const run::CaseSpec chain = fit::computed_case(result.part().model);
     result.mode = run::first_mode(chain);
     result.damping_time = fit::damping_time(chain);
     result.verdict =
-        diagnose::verdict_on(result.judged, residuals::swing_of(result.judged, measurement));
+        diagnose::verdict_on(result.part(), residuals::swing_of(result.part(), measurement));
     if (options.with_check) {
         try {
             result.check =
-                check_calibration(result.fit, measurement, check_options(measurement, options),
-                                  options.check_integrator);
+                check_calibration(result.part().model, measurement,
+                                  check_options(measurement, options), options.check_integrator);
         } catch (const core::NumericalError& error) {
             result.check_failure = error.what();
         }

@@ -43,7 +43,7 @@ struct CalibrationCheck {
 /// Simulates the calibrated stem over the whole record with `integrator` (its method and solver;
 /// the tolerance is the fit's) and fits Eq. 1 at every height to both, in the same way. Throws
 /// core::NumericalError if Eq. 1 cannot be fitted to one of them.
-[[nodiscard]] CalibrationCheck check_calibration(const fit::RecordingFit& fit,
+[[nodiscard]] CalibrationCheck check_calibration(const fit::StemModel& model,
                                                  const measure::Measurement& measurement,
                                                  const reduce::RingDownAnalysisOptions& options,
                                                  const run::Integrator& integrator = {});
@@ -59,9 +59,10 @@ struct CalibrationOptions {
 struct Calibration {
     std::string id;
     measure::MeasuredStem stem;
-    fit::RecordingFit fit;         ///< with every input as stated
-    fit::RecordingFit judged;      ///< with the error terms of the readings
+    fit::Fit fit;
     fit::UncertaintyBudget budget; ///< of the fit's parameters, in their order
+
+    [[nodiscard]] const fit::RecordingFit& part() const { return fit.parts.front(); }
     integrate::VibrationMode mode;
     double damping_time = 0.0; ///< τ of M = E I (κ + τ κ̇), s
     diagnose::Verdict verdict;

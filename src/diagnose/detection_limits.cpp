@@ -39,7 +39,7 @@ struct Signature {
     }
 };
 
-Signature signature_of(const EffectColumns& columns, const Projector& own) {
+Signature signature_of(const EffectColumns& columns, const fit::Projector& own) {
     Signature out;
     std::map<std::size_t, double> slopes; // by parameter
     for (const EffectNode& node : columns.nodes)
@@ -63,11 +63,15 @@ Signature signature_of(const EffectColumns& columns, const Projector& own) {
 /// `hidden_by`; the truth is `ratio` times as large.
 double bias(const SearchResult& search, const Eigen::VectorXd& hidden_by,
             const physics::ParameterId& id, double ratio) {
-    const auto found = std::ranges::find(search.stacked.ids, id);
-    const fit::FittedParameter* const value = search.best_fit.parts.front().find(id);
-    if (found == search.stacked.ids.end() || value == nullptr || !(ratio > 0.0))
+    const auto found = std::ranges::find(search.best_fit.system.ids, id);
+    if (found == search.best_fit.system.ids.end() || !(ratio > 0.0))
         return 0.0;
-    return (1.0 + hidden_by(found - search.stacked.ids.begin()) / value->value) / ratio - 1.0;
+    const auto place = found - search.best_fit.system.ids.begin();
+    const fit::FittedParameter& parameter =
+        search.best_fit.parameters[static_cast<std::size_t>(place)];
+    const double per_value =
+        fit::coordinate_slope(parameter.fitted_as, parameter.value) * parameter.value;
+    return (1.0 + hidden_by(place) / per_value) / ratio - 1.0;
 }
 
 /// Sets the parameter, its unit and value for a size in standard deviations of the prior.
@@ -81,7 +85,8 @@ void name(const SearchResult& search, const physics::SelectedEffect& effect, std
             const ParameterPrior prior = prior_of(each, model);
             limit.parameter = each.access.id.name;
             limit.unit = each.unit;
-            limit.value = from_coordinate(each.fitted_as, prior.absent + size * prior.deviation);
+            limit.value =
+                fit::from_coordinate(each.fitted_as, prior.absent + size * prior.deviation);
             limit.is_beyond_bounds = !(limit.value >= each.lower && limit.value <= each.upper);
         }
     if (!limit.parameter.empty())
@@ -100,7 +105,7 @@ void name(const SearchResult& search, const physics::SelectedEffect& effect, std
     limit.is_beyond_bounds = !(limit.value <= known.upper);
 }
 
-DetectionLimit limit_of(const SearchResult& search, const Projector& own,
+DetectionLimit limit_of(const SearchResult& search, const fit::Projector& own,
                         const CandidateView& view) {
     DetectionLimit limit;
     limit.effect = view.effect.effect->name();
@@ -129,7 +134,7 @@ DetectionLimit limit_of(const SearchResult& search, const Projector& own,
 } // namespace
 
 std::vector<DetectionLimit> detection_limits(const SearchResult& search) {
-    const Projector own(search.stacked.jacobian);
+    const fit::Projector own(search.best_fit.system.jacobian);
     std::vector<DetectionLimit> limits;
     for (const CandidateView& view : search.views)
         limits.push_back(limit_of(search, own, view));

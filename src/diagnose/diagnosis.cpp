@@ -26,10 +26,10 @@ std::vector<std::string> names_of(const fit::SelectedEffects& effects,
     return names;
 }
 
-fit::Fit restored(const SearchResult& search, std::size_t model, const DiagnosisOptions& options) {
-    return model == search.best ? search.best_fit
-                                : fit::restored(search.visited[model].fit, search.chain.recordings,
-                                                options.candidate);
+fit::Fit fit_of(const SearchResult& search, std::size_t model, const DiagnosisOptions& options) {
+    return model == search.best
+               ? search.best_fit
+               : fit::rerun(search.visited[model].fit, search.chain.recordings, options.candidate);
 }
 
 /// Was the model fitted with every other law of the library of the effect's family instead of it,
@@ -76,13 +76,7 @@ void add_alternatives(const SearchResult& search, const DiagnosisOptions& option
 void add_model(const SearchResult& search, const DiagnosisOptions& options, std::size_t model,
                Diagnosis& out) {
     SearchedModel& added = out.ladder.emplace_back();
-    added.fit = restored(search, model, options);
-    added.stated =
-        fit::as_stated(added.fit, search.chain.stated, search.chain.recordings, options.candidate);
-    if (!added.stated.failed() && !absent_effects(added.stated, options.known).empty()) {
-        added.stated = added.fit;
-        added.has_free_inputs = true;
-    }
+    added.fit = fit_of(search, model, options);
     const SetVerdict verdict = verdict_on(added.fit, search.chain.recordings, options.policy);
     added.finding = verdict.finding;
     added.p_value = verdict.p_value;
@@ -103,13 +97,11 @@ void climb_to(const SearchResult& search, const DiagnosisOptions& options, std::
 
 void add_residual(Diagnosis& out) {
     out.explained = explained_share(out.final_fit, out.ladder.front().fit);
-    const fit::Fit& shown =
-        out.ladder.back().stated.failed() ? out.final_fit : out.ladder.back().stated;
     double squares = 0.0;
     double noise = 0.0;
     double swing = 0.0;
     double readings = 0.0;
-    for (const fit::RecordingFit& part : shown.parts)
+    for (const fit::RecordingFit& part : out.final_fit.parts)
         for (std::size_t k = 0; k < part.residuals.size(); ++k) {
             const double measured = part.residuals[k] + part.prediction.readings[k];
             if (!std::isfinite(measured))
@@ -208,7 +200,7 @@ Diagnosis decide(SearchResult& search, const DiagnosisOptions& options) {
     Diagnosis out;
     out.policy = options.policy;
     out.posterior = posterior_of(search, options);
-    out.runs = search.runs;
+    out.batches = search.batches;
     out.is_complete = search.is_complete;
     add_alternatives(search, options, out);
     climb_to(search, options, out.alternatives.front().model, out);
@@ -220,7 +212,6 @@ Diagnosis decide(SearchResult& search, const DiagnosisOptions& options) {
                                  model.log_evidence - search.visited[search.best].log_evidence};
     }
     out.baseline = std::move(search.chain.fit);
-    out.stated_baseline = std::move(search.chain.stated);
     return out;
 }
 
@@ -256,7 +247,7 @@ Diagnosis diagnose(std::span<const measure::Measurement> recordings, DiagnosisOp
     if (out.conclusion == Conclusion::Unknown && out.ladder.back().finding == Finding::Inadequate) {
         options.report("reconstructing the missing force");
         // A partial explanation may be the wrong effect, so the force replaces all effects.
-        out.missing_force = reconstruct_missing_force(restored(search, 0, coarse), options.known,
+        out.missing_force = reconstruct_missing_force(fit_of(search, 0, coarse), options.known,
                                                       search.chain.recordings, coarse.candidate);
     }
     return out;

@@ -29,9 +29,7 @@ enum class Conclusion {
 
 /// A model on the way from the published chain to the answer.
 struct SearchedModel {
-    fit::Fit fit;    ///< with the error terms of the readings: it is tested and compared
-    fit::Fit stated; ///< with every input as stated: its numbers and residuals are shown
-    bool has_free_inputs = false; ///< stated inputs contradict its effects: `stated` is `fit`
+    fit::Fit fit;
     Finding finding = Finding::Undecided;
     double p_value = 1.0;      ///< smallest adjusted one of the tests for lack of fit
     std::string tests;         ///< which of them fail
@@ -60,12 +58,11 @@ struct Diagnosis {
     std::optional<PredictedModel> largest_unvisited;
     std::vector<Experiment> next_experiments; ///< the most informative first
     std::optional<MissingForce> missing_force;
-    fit::Fit baseline;        ///< with the error terms, as SearchedModel::fit
-    fit::Fit final_fit;       ///< likewise of the last model of the ladder
-    fit::Fit stated_baseline; ///< as SearchedModel::stated
-    Policy policy;            ///< by which the answer was found
-    int runs = 0;             ///< of the chain with all its derivatives, for the fits of models
-    bool is_complete = true;  ///< false: the search ended at the largest number of models
+    fit::Fit baseline;       ///< the published chain
+    fit::Fit final_fit;      ///< of the last model of the ladder
+    Policy policy;           ///< by which the answer was found
+    int batches = 0;         ///< of lanes that were run for the fits of models
+    bool is_complete = true; ///< false: the search ended at the largest number of models
 };
 
 /// The verdict on the models of search_models(), without detection limits, next experiments and

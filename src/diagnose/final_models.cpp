@@ -37,9 +37,9 @@ class FinalFits {
         out_.chain =
             fit::baseline_with_chain(search.chain, coarse.candidate, recordings, options.candidate);
         first_ = first_model(out_.chain, options);
-        out_.visited.front().fit = fit::numbers_of(first_);
+        out_.visited.front().fit = fit::to_numbers(first_);
         out_.visited.front().evidence = evidence_of(first_, out_.chain.recordings, options.known);
-        out_.runs += first_.runs;
+        out_.batches += first_.batches;
     }
 
     /// Fits until the answer has no model with the coarse chain.
@@ -73,7 +73,7 @@ class FinalFits {
         for (std::size_t k = 0; k < models.size(); ++k) {
             VisitedModel& model = out_.visited[models[k]];
             found[k].fit.effects = model.fit.effects;
-            out_.runs += found[k].fit.runs;
+            out_.batches += found[k].fit.batches;
             static_cast<FittedModel&>(model) = std::move(found[k]);
             fitted_.insert(models[k]);
         }
@@ -97,7 +97,7 @@ class FinalFits {
         out_.noise = noise_scale_of(best->fit);
         out_.best_fit = out_.best == 0
                             ? first_
-                            : fit::restored(best->fit, out_.chain.recordings, options_.candidate);
+                            : fit::rerun(best->fit, out_.chain.recordings, options_.candidate);
     }
 
     const SearchResult& search_;

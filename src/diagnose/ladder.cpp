@@ -4,7 +4,6 @@
 #include "diagnose/evidence/log_evidence.hpp"
 #include "diagnose/planned_model.hpp"
 #include "fit/fit_numbers.hpp"
-#include "fit/solve/reading_errors.hpp"
 #include "residuals/swing.hpp"
 
 #include <algorithm>
@@ -72,23 +71,6 @@ const fit::Fit& model_within(const fit::SelectedEffects& effects,
     return *within;
 }
 
-/// Linearises the error terms about `stated`, fits the model together with them, and adds their
-/// contribution to the intervals of `stated`.
-ModelFit judged_model(fit::Fit stated, std::span<const fit::ObservedRecording> recordings,
-                      const fit::FitOptions& options) {
-    if (stated.failed() || !stated.moves())
-        return {stated, stated};
-    const std::vector<fit::ObservedRecording> known =
-        fit::with_reading_errors(recordings, stated.parts, options.heartbeat);
-    ModelFit out{std::move(stated), {}};
-    out.judged = fit::fit_again(out.stated.effects, out.stated.parts, known, options);
-    if (out.judged.failed()) // the inputs diverge if the model is far off
-        out.judged = out.stated;
-    out.judged.runs += out.stated.runs;
-    fit::add_input_uncertainty(known, out.judged.reduced_chi_squared, out.stated);
-    return out;
-}
-
 void judge_models(Ladder& ladder, const Policy& policy) {
     const double held = policy.held_probability;
     const double least_gain = std::log(held / (1.0 - held));
@@ -108,8 +90,8 @@ void judge_models(Ladder& ladder, const Policy& policy) {
             continue;
         if (before.fit.moves()) {
             model.modulus_change = relative_change(
-                model.stated, before.stated, &physics::StemParameters<double>::bond_youngs_modulus);
-            model.damping_change = relative_change(model.stated, before.stated,
+                model.fit, before.fit, &physics::StemParameters<double>::bond_youngs_modulus);
+            model.damping_change = relative_change(model.fit, before.fit,
                                                    &physics::StemParameters<double>::bond_damping);
         }
         if (model.log_evidence > before.log_evidence)
@@ -128,47 +110,38 @@ NestedFits fit_nested(std::span<const measure::Measurement> measurements,
             static_cast<void>(fit::candidate_model(chain, effects, recording));
     }
     fit::BaselineFit baseline = fit::fit_baseline(measurements, options);
-    std::vector<fit::ObservedRecording> exact = fit::with_inputs_as_stated(baseline.recordings);
-    std::vector<fit::Fit> stated{baseline.stated};
+    std::vector<fit::Fit> models{baseline.fit};
     for (const fit::SelectedEffects& effects : effect_sets)
-        stated.push_back(fit_larger(effects, model_within(effects, stated), exact, options));
+        models.push_back(
+            fit_larger(effects, model_within(effects, models), baseline.recordings, options));
     // The first estimate of the noise may contain the missing effect.
     const fit::Fit* last = nullptr;
-    for (const fit::Fit& model : stated)
-        if (!model.failed() && model.moves())
+    for (const fit::Fit& model : models)
+        if (!model.failed() && model.moves() && !model.effects.empty())
             last = &model;
-    std::optional<fit::BaselineFit> again;
-    if (last != nullptr && baseline.alone.empty()) {
-        again = baseline;
-        again->recordings =
-            fit::with_reading_errors(fit::observed(measurements), last->parts, options.heartbeat);
-    } else if (last != nullptr && !last->effects.empty()) {
-        again = fit::baseline_beside_noise_of(*last, baseline, measurements, options);
-    }
-    if (again && !again->fit.failed()) {
-        baseline = *std::move(again);
-        exact = fit::with_inputs_as_stated(baseline.recordings);
-        for (std::size_t k = 1; k < stated.size(); ++k)
-            if (!stated[k].failed() && stated[k].moves())
-                stated[k] = fit::fit_again(stated[k].effects, stated[k].parts, exact, options);
-    }
-    NestedFits out{std::move(baseline.recordings),
-                   {{std::move(baseline.stated), std::move(baseline.fit)}}};
-    for (std::size_t k = 1; k < stated.size(); ++k)
-        out.models.push_back(judged_model(std::move(stated[k]), out.recordings, options));
-    return out;
+    if (last != nullptr)
+        if (std::optional<fit::BaselineFit> again =
+                fit::baseline_with_noise_about(*last, baseline, measurements, options);
+            again && !again->fit.failed()) {
+            baseline = *std::move(again);
+            models.front() = baseline.fit;
+            for (std::size_t k = 1; k < models.size(); ++k)
+                if (!models[k].failed() && models[k].moves())
+                    models[k] = fit::fit_near(fit::start_from(models[k]), models[k].effects,
+                                              models.front(), baseline.recordings, options);
+        }
+    return {std::move(baseline.recordings), std::move(models)};
 }
 
-Comparison compare(const fit::Fit& stated, const fit::Fit& judged,
-                   const measure::Measurement& measurement, const Policy& policy) {
+Comparison compare(const fit::Fit& model, const measure::Measurement& measurement,
+                   const Policy& policy) {
     constexpr std::size_t parts = 3;
-    const fit::RecordingFit& fit = stated.parts.front();
-    const fit::RecordingFit& tested = judged.parts.front();
+    const fit::RecordingFit& fit = model.parts.front();
     Comparison result;
-    result.moves = stated.moves();
+    result.moves = model.moves();
     result.id = measurement.stem.id;
     result.swing = residuals::swing_of(fit, measurement);
-    result.verdict = verdict_on(tested, residuals::swing_of(tested, measurement), policy);
+    result.verdict = verdict_on(fit, result.swing, policy);
     result.unit = measure::reading_unit(measurement.sensors);
     result.rmse = fit.rmse;
     result.noise = typical_noise(fit);
@@ -192,12 +165,11 @@ Ladder climb(const measure::Measurement& measurement,
     refuse_without_motion(measurement, options.window);
     NestedFits fits = fit_nested({&measurement, 1}, effect_sets, options);
     Ladder ladder;
-    for (ModelFit& model : fits.models) {
+    for (fit::Fit& model : fits.models) {
         LadderModel& added = ladder.models.emplace_back();
-        added.stated = std::move(model.stated);
-        added.fit = std::move(model.judged);
+        added.fit = std::move(model);
         if (!added.fit.failed())
-            added.comparison = compare(added.stated, added.fit, measurement, policy);
+            added.comparison = compare(added.fit, measurement, policy);
     }
     add_log_evidence(ladder, fits.recordings);
     judge_models(ladder, policy);

@@ -22,7 +22,7 @@ struct Comparison {
     std::string id;            ///< of the measurement
     measure::ReadingUnit unit; ///< of its readings as text
     bool moves = true;         ///< false: nothing in the model moves the stem
-    Verdict verdict;           ///< of the judged fit; everything else is of the stated one
+    Verdict verdict;           ///< on what the error terms leave of the residuals
     double rmse = 0.0;         ///< m
     double noise = 0.0;        ///< m; the residuals' own where it is not known
     double over_noise = 0.0;   ///< root mean square of residual over noise
@@ -37,26 +37,17 @@ struct Comparison {
     reduce::StemRingDowns modelled_ring_downs; ///< of the model at the same times and heights
 };
 
-/// Both fits are of one model to this one measurement. `stated` has every input as stated and gives
-/// the residuals; `judged` has the error terms of the readings and is tested for lack of fit.
-[[nodiscard]] Comparison compare(const fit::Fit& stated, const fit::Fit& judged,
-                                 const measure::Measurement& measurement,
+/// `fit` is of one model to this one measurement.
+[[nodiscard]] Comparison compare(const fit::Fit& fit, const measure::Measurement& measurement,
                                  const Policy& policy = {});
 
-/// A model fitted twice: with every input as stated, and together with the error terms of the
-/// readings.
-struct ModelFit {
-    fit::Fit stated; ///< printed and drawn; intervals include the uncertainty of the inputs
-    fit::Fit judged; ///< tested and compared; equals `stated` if the inputs diverge
-};
-
-/// Fits the models of `effect_sets`, each of which contains the one before it, by fit_larger() with
-/// every input as stated and then with the error terms. The published chain is the first. If the
-/// noise in motion differs about the last model, all are fitted with that noise. Throws as
-/// baseline_model() and candidate_model() if a model cannot be built, before any chain is run.
+/// Fits the models of `effect_sets`, each of which contains the one before it, by fit_larger(). The
+/// published chain is the first. If the noise in motion differs about the last model, all are
+/// fitted with that noise. Throws as baseline_model() and candidate_model() if a model cannot be
+/// built, before any chain is run.
 struct NestedFits {
     std::vector<fit::ObservedRecording> recordings; ///< BaselineFit::recordings
-    std::vector<ModelFit> models;
+    std::vector<fit::Fit> models;
 };
 [[nodiscard]] NestedFits fit_nested(std::span<const measure::Measurement> measurements,
                                     const std::vector<fit::SelectedEffects>& effect_sets,
@@ -65,8 +56,7 @@ struct NestedFits {
 /// One model in the ladder. Changes and the gain are relative to the model below it with the
 /// largest log evidence.
 struct LadderModel {
-    fit::Fit stated; ///< with every input as stated: its numbers and residuals are shown
-    fit::Fit fit;    ///< with the error terms of the readings: it is tested and compared
+    fit::Fit fit;
     std::optional<Comparison> comparison; ///< empty: the fit failed
     std::size_t compared_with = 0;        ///< index of that model in the ladder
     std::vector<std::string> added;       ///< effects that it does not have

@@ -36,7 +36,6 @@ struct Prediction : UnvisitedModel {
 
 /// A fitted model with the effects of all candidates about it.
 struct Linearised {
-    StackedReadings stacked;
     std::vector<CandidateView> views;
     std::optional<LinearEvidence> linear; ///< of `views`
 };
@@ -76,8 +75,7 @@ class Search {
         out.noise = noise_scale_of(out.visited[base_].fit);
         out.best_fit = std::move(base_fit_);
         out.views = std::move(about_->views);
-        out.stacked = std::move(about_->stacked);
-        out.runs = runs_;
+        out.batches = batches_;
         out.is_complete = is_complete_;
         return out;
     }
@@ -86,9 +84,9 @@ class Search {
     void visit_first() {
         visited_.clear();
         fit::Fit first = first_model(baseline_, options_);
-        runs_ += first.runs;
+        batches_ += first.batches;
         add_visited(
-            {fit::numbers_of(first), evidence_of(first, baseline_.recordings, options_.known)});
+            {fit::to_numbers(first), evidence_of(first, baseline_.recordings, options_.known)});
         set_base(0, std::move(first));
     }
 
@@ -114,8 +112,8 @@ class Search {
                 std::ranges::max_element(visited_, {}, &VisitedModel::log_evidence);
             if (const auto now = static_cast<std::size_t>(likeliest - visited_.begin());
                 now != base_)
-                set_base(now, fit::restored(visited_[now].fit, baseline_.recordings,
-                                            options_.candidate));
+                set_base(now,
+                         fit::rerun(visited_[now].fit, baseline_.recordings, options_.candidate));
             std::vector<PlannedModel> planned = smaller_models();
             if (planned.empty()) {
                 predict();
@@ -209,7 +207,7 @@ class Search {
     // --- Models with more effects
 
     [[nodiscard]] Linearised linearised_about(const fit::Fit& fit) const {
-        Linearised about{stacked_readings(fit, baseline_.recordings), {}, {}};
+        Linearised about;
         std::vector<double> costs;
         for (const physics::SelectedEffect& candidate : options_.candidates) {
             fit::SelectedEffects larger = fit.effects;
@@ -223,13 +221,12 @@ class Search {
                                     about.views.size(), fmt::join(fit.names, " + ")));
         std::vector<EffectColumns> answers =
             options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
-                return effect_columns(fit, about.stacked, about.views[item].effect,
-                                      baseline_.recordings,
+                return effect_columns(fit, about.views[item].effect, baseline_.recordings,
                                       with_heartbeat(options_.candidate, heartbeat));
             });
         for (std::size_t k = 0; k < about.views.size(); ++k)
             about.views[k].columns = std::move(answers[k]);
-        about.linear.emplace(about.stacked, about.views);
+        about.linear.emplace(fit.system, about.views);
         return about;
     }
 
@@ -290,7 +287,7 @@ class Search {
             const Linearised about = linearised_about(
                 base == 0 && options_.known.empty()
                     ? baseline_.fit
-                    : fit::restored(found->fit, baseline_.recordings, options_.candidate));
+                    : fit::rerun(found->fit, baseline_.recordings, options_.candidate));
             for (std::size_t each = 0; each < about.views.size(); ++each) {
                 fit::SelectedEffects swapped = smaller;
                 swapped.push_back(about.views[each].effect);
@@ -331,7 +328,7 @@ class Search {
                 likeliest = &each;
         return likeliest == &visited_.front() && options_.known.empty()
                    ? baseline_.fit
-                   : fit::restored(likeliest->fit, baseline_.recordings, options_.candidate);
+                   : fit::rerun(likeliest->fit, baseline_.recordings, options_.candidate);
     }
 
     void visit(const std::vector<PlannedModel>& planned) {
@@ -347,13 +344,12 @@ class Search {
             options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
                 return fit_planned(planned[item], likeliest_within(planned[item].effects),
                                    baseline_.recordings, options_.known, options_.policy,
-                                   with_heartbeat(options_.candidate, heartbeat),
-                                   &baseline_.stated);
+                                   with_heartbeat(options_.candidate, heartbeat));
             });
         for (std::size_t k = 0; k < planned.size(); ++k) {
             FittedModel model = std::move(answers[k]);
             model.fit.effects = planned[k].effects;
-            runs_ += model.fit.runs;
+            batches_ += model.fit.batches;
             add_visited(std::move(model));
         }
     }
@@ -369,7 +365,7 @@ class Search {
         noise_about_ = key_of(base_fit_.effects);
         ++noise_estimates_;
         std::optional<fit::BaselineFit> again =
-            fit::baseline_beside_noise_of(base_fit_, baseline_, measured_, options_.candidate);
+            fit::baseline_with_noise_about(base_fit_, baseline_, measured_, options_.candidate);
         if (!again || again->fit.failed())
             return false;
         options_.report("fitting the best model with the noise about it");
@@ -408,7 +404,7 @@ class Search {
     std::set<ModelKey> swapped_;      ///< models about which swaps were predicted
     ModelKey noise_about_;            ///< the model about which the noise was estimated last
     int noise_estimates_ = 0;
-    int runs_ = 0;
+    int batches_ = 0;
     bool is_complete_ = true;
 };
 

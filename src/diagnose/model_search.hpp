@@ -60,9 +60,8 @@ struct SearchResult {
     NoiseScale noise;                      ///< about the best model
     fit::Fit best_fit;                     ///< with residuals and derivatives
     std::vector<CandidateView> views;      ///< candidates about the best model
-    StackedReadings stacked;               ///< of the best model
-    int runs = 0;            ///< of the chain with all its derivatives, for the fits of models
-    bool is_complete = true; ///< false: it ended at the largest number of models
+    int batches = 0;                       ///< of lanes that were run for the fits of models
+    bool is_complete = true;               ///< false: it ended at the largest number of models
 };
 
 /// The published chain with the effects that are known to act, fitted about the baseline. Throws

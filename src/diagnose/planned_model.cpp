@@ -3,9 +3,8 @@
 
 #include "core/error.hpp"
 #include "diagnose/adequacy.hpp"
-#include "fit/solve/layout.hpp"
-#include "fit/solve/reading_errors.hpp"
-#include "fit/solve/second_mode_errors.hpp"
+#include "fit/linear/layout.hpp"
+#include "fit/solve/error_solution.hpp"
 #include "fit/start/starts.hpp"
 #include "physics/effects/library.hpp"
 #include "run/modes.hpp"
@@ -62,9 +61,10 @@ void place_effect(const CandidateView& view, const EffectNode& node,
             continue;
         double value = node.values[k];
         if (!parameter.is_place)
-            value = from_coordinate(parameter.fitted_as,
-                                    size_of(node, amounts, k, recording, prior_of(parameter, model),
-                                            to_coordinate(parameter.fitted_as, value)));
+            value = fit::from_coordinate(parameter.fitted_as,
+                                         size_of(node, amounts, k, recording,
+                                                 prior_of(parameter, model),
+                                                 fit::to_coordinate(parameter.fitted_as, value)));
         else if (parameter.fitted_as == physics::FittedAs::Inverse && is_absent_at(node, amounts))
             value = parameter.upper; // the stiffness of a rigid clamp
         if (!std::isfinite(value))   // a stiffness without compliance
@@ -96,8 +96,7 @@ fit::StemModel with_effect(const fit::StemModel& base, const CandidateView& view
 
 /// Factors of the linear estimate that are tried before a fit, one in each lane. The last one is
 /// the model without the effects: a fit that starts there is not worse than that.
-constexpr std::array tried_factors{1.0,        1.0 / 2.0,  1.0 / 4.0,  1.0 / 8.0,
-                                   1.0 / 16.0, 1.0 / 32.0, 1.0 / 64.0, 0.0};
+constexpr std::array tried_factors{1.0, 1.0 / 4.0, 1.0 / 16.0, 0.0};
 
 /// A start with the effects is preferred up to this ratio of its χ² to that without them: it leads
 /// out of the smaller model's minimum.
@@ -107,18 +106,20 @@ constexpr double follows_within = 10.0;
 fit::Fit fit_from(const std::vector<fit::StartModels>& starts, const fit::SelectedEffects& effects,
                   const fit::Fit& smaller, std::span<const fit::ObservedRecording> recordings,
                   const fit::FitOptions& options) {
-    const StackedReadings stacked = stacked_readings(smaller, recordings);
-    const Eigen::VectorXd measured = stacked.residual + stacked.predicted;
+    const fit::WeightedSystem& system = smaller.system;
+    const Eigen::VectorXd measured = system.residual + system.predicted;
     std::size_t best = 0;
+    int batches = 0;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t first = 0; first < starts.size() && !std::isfinite(least); ++first)
         try { // where the whole step is too large for a chain, shorter ones may do
             const std::vector<fit::StartModels> shorter(
                 starts.begin() + static_cast<std::ptrdiff_t>(first), starts.end());
-            const auto readings = readings_together(shorter, stacked, smaller, options.heartbeat);
+            const auto readings =
+                fit::readings_together(shorter, smaller, recordings, options.heartbeat, batches);
             for (std::size_t k = 0; k < readings.size(); ++k)
                 if (const double squares =
-                        (measured - readings[k]).head(stacked.readings()).squaredNorm() *
+                        (measured - readings[k]).head(system.readings()).squaredNorm() *
                         (starts.size() > 1 && first + k + 1 == starts.size() ? follows_within
                                                                              : 1.0);
                     squares < least) {
@@ -127,7 +128,9 @@ fit::Fit fit_from(const std::vector<fit::StartModels>& starts, const fit::Select
                 }
         } catch (const core::NumericalError&) {
         }
-    return fit::refined(starts[best], effects, smaller, recordings, options);
+    fit::Fit fit = fit::fit_near(starts[best], effects, smaller, recordings, options);
+    fit.batches += batches;
+    return fit;
 }
 
 /// A fit and the effects that may join it.
@@ -136,15 +139,20 @@ class Additions {
     /// Throws core::NumericalError if an effect has no columns. All must outlive this.
     Additions(const fit::SelectedEffects& effects, const fit::Fit& smaller,
               std::span<const fit::ObservedRecording> recordings, const fit::FitOptions& options)
-        : smaller_(smaller), recordings_(recordings), options_(options),
-          stacked_(stacked_readings(smaller, recordings)) {
+        : smaller_(smaller), recordings_(recordings), options_(options) {
         for (const physics::SelectedEffect& effect : effects) {
-            views_.push_back(
-                {effect, effect_columns(smaller, stacked_, effect, recordings, options)});
+            views_.push_back({effect, effect_columns(smaller, effect, recordings, options)});
             if (const std::string& failure = views_.back().columns.failure; !failure.empty())
                 throw core::NumericalError(core::FailureKind::FitFailed, failure);
         }
-        linear_.emplace(stacked_, views_);
+        linear_.emplace(smaller.system, views_);
+    }
+
+    [[nodiscard]] int batches() const { ///< of lanes, for the columns
+        int sum = 0;
+        for (const CandidateView& view : views_)
+            sum += view.columns.batches;
+        return sum;
     }
 
     /// The effect that is predicted to explain most.
@@ -174,7 +182,6 @@ class Additions {
     const fit::Fit& smaller_;
     std::span<const fit::ObservedRecording> recordings_;
     const fit::FitOptions& options_;
-    StackedReadings stacked_;
     std::vector<CandidateView> views_;
     std::optional<LinearEvidence> linear_;
 };
@@ -190,14 +197,6 @@ bool may_be_absent(const fit::Fit& fit, std::size_t place, const std::string& re
                       parameter.id.recording == recording && !parameter.is_place &&
                       (is_absent(parameter) || parameter.is_at_bound);
            });
-}
-
-/// The models with the error terms of the recordings.
-fit::StartModels beside_errors_of(fit::StartModels models,
-                                  std::span<const fit::ObservedRecording> recordings) {
-    for (std::size_t m = 0; m < models.size(); ++m)
-        models[m] = fit::beside_errors(std::move(models[m]), recordings[m]);
-    return models;
 }
 
 } // namespace
@@ -243,7 +242,7 @@ starts_to_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording>
             for (std::size_t k = 0; k < whole[e].size(); ++k)
                 gain.amounts[e][k] = factor * whole[e][k];
         fit::StartModels& models =
-            starts.emplace_back(moved(fitted, layout, linear.own_change(chosen, gain)));
+            starts.emplace_back(fit::moved(fitted, layout, linear.own_change(chosen, gain)));
         for (std::size_t e = 0; e < chosen.size(); ++e) {
             const CandidateView& view = views[chosen[e]];
             const EffectNode& node = view.columns.nodes[gain.nodes[e]];
@@ -284,7 +283,7 @@ fit::Fit fit_larger(const fit::SelectedEffects& effects, const fit::Fit& smaller
                     const fit::FitOptions& options) {
     if (!smaller.moves() || smaller.failed())
         return fit::fit_model(effects, smaller, recordings, options);
-    int runs = 0;
+    int batches = 0;
     fit::Fit fit = smaller;
     fit::Fit together;
     fit::SelectedEffects rest = effects;
@@ -292,15 +291,16 @@ fit::Fit fit_larger(const fit::SelectedEffects& effects, const fit::Fit& smaller
     try {
         while (!rest.empty() && !fit.failed()) {
             const Additions additions(rest, fit, recordings, options);
+            batches += additions.batches();
             if (rest.size() > 1 && fit.effects.size() == smaller.effects.size()) {
                 std::vector<std::size_t> all(rest.size());
                 std::iota(all.begin(), all.end(), 0);
                 together = additions.with(all);
-                runs += together.runs;
+                batches += together.batches;
             }
             const std::size_t next = additions.likeliest();
             fit = additions.with({next});
-            runs += fit.runs;
+            batches += fit.batches;
             rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(next));
         }
     } catch (const std::runtime_error& error) { // InputError or NumericalError
@@ -309,46 +309,26 @@ fit::Fit fit_larger(const fit::SelectedEffects& effects, const fit::Fit& smaller
     }
     if (!together.failed() && (fit.failed() || together.weighted_rms < fit.weighted_rms))
         fit = std::move(together);
-    fit.runs = runs;
+    fit.batches = batches;
     fit.effects = effects;
     fit.names = fit::model_names(fit::in_library_order(effects));
     return fit;
 }
 
-FittedModel fit_planned(const PlannedModel& given, const fit::Fit& smaller,
-                        std::span<const fit::ObservedRecording> measured,
+FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
+                        std::span<const fit::ObservedRecording> recordings,
                         const fit::SelectedEffects& known, const Policy& policy,
-                        const fit::FitOptions& options, const fit::Fit* stated_chain) {
-    const std::vector<fit::ObservedRecording> recordings = with_second_mode_terms(
-        measured, given.starts.empty() ? fit::start_from(smaller) : given.starts.front(),
-        smaller.parts);
-    PlannedModel planned = given;
-    for (fit::StartModels& start : planned.starts)
-        start = beside_errors_of(std::move(start), recordings);
-    fit::Fit fit = planned.starts.empty()
-                       ? fit_larger(planned.effects, smaller, recordings, options)
-                       : fit_from(planned.starts, planned.effects, smaller, recordings, options);
-    if (fit.failed() && stated_chain != nullptr)
-        if (const fit::Fit stated = fit_larger(planned.effects, *stated_chain,
-                                               fit::with_inputs_as_stated(recordings), options);
-            !stated.failed())
-            fit = fit::refined(beside_errors_of(fit::start_from(stated), recordings),
-                               planned.effects, smaller, recordings, options);
-    if (!fit.failed() && fit.moves())
-        if (const auto own = with_second_mode_terms(measured, fit::start_from(fit), fit.parts);
-            !fit::have_like_model_terms(own, recordings)) {
-            fit::Fit again = fit::refined(beside_errors_of(fit::start_from(fit), own),
-                                          planned.effects, smaller, own, options);
-            again.runs += fit.runs;
-            if (!again.failed())
-                fit = std::move(again);
-        }
+                        const fit::FitOptions& options) {
+    const fit::Fit fit =
+        planned.starts.empty()
+            ? fit_larger(planned.effects, smaller, recordings, options)
+            : fit_from(planned.starts, planned.effects, smaller, recordings, options);
     FittedModel out;
     if (!fit.failed())
         out.evidence = evidence_of(fit, recordings, known);
     out.is_inadequate =
         fit.is_fitted() && verdict_on(fit, recordings, policy).finding == Finding::Inadequate;
-    out.fit = fit::numbers_of(fit);
+    out.fit = fit::to_numbers(fit);
     return out;
 }
 

@@ -36,7 +36,7 @@ inline constexpr double not_predicted = std::numeric_limits<double>::quiet_NaN()
 
 /// A fitted model as a rank returns it.
 struct FittedModel {
-    fit::Fit fit; ///< its numbers, with the error terms of the readings
+    fit::Fit fit; ///< its numbers
     ModelEvidence evidence;
     bool is_inadequate = false; ///< it fails the tests for lack of fit
 };
@@ -55,7 +55,7 @@ struct PlannedModel {
 
 /// Models of the recordings on the way to the linear estimate: with the effects `chosen` among
 /// `views`, and with the sizes of `gain` and the changes of the base's own parameters multiplied by
-/// 1, 1/2, … 1/64 and 0. Locations are those of `gain`.
+/// 1, 1/4, 1/16 and 0. Locations are those of `gain`.
 [[nodiscard]] std::vector<fit::StartModels>
 starts_to_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
                    const std::vector<CandidateView>& views, const LinearEvidence& linear,
@@ -70,13 +70,10 @@ starts_to_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording>
                                   const fit::FitOptions& options = {});
 
 /// Fits from the best of the plan's starts or, if there is none, as fit_larger(). `smaller`: a
-/// fitted model with some of the effects. The errors of the second mode are those about the first
-/// start, or about `smaller`; if they differ about the fit, it is fitted again. A fit that
-/// fails is tried from `stated_chain`, the chain with every input as stated, unless that is null.
+/// fitted model with some of the effects.
 [[nodiscard]] FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
                                       std::span<const fit::ObservedRecording> recordings,
                                       const fit::SelectedEffects& known, const Policy& policy,
-                                      const fit::FitOptions& options,
-                                      const fit::Fit* stated_chain = nullptr);
+                                      const fit::FitOptions& options);
 
 } // namespace culm::diagnose

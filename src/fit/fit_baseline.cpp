@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "core/error.hpp"
+#include "fit/errors/division.hpp"
+#include "fit/errors/observation.hpp"
+#include "fit/errors/release.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/fit_numbers.hpp"
-#include "fit/solve/reading_errors.hpp"
+#include "fit/noise/in_motion.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>
-#include <optional>
+#include <cmath>
+#include <limits>
+#include <memory>
 #include <span>
 #include <utility>
 #include <vector>
@@ -13,84 +19,151 @@
 namespace culm::fit {
 namespace {
 
-/// The chain with the noise and the errors of `known`, from the fits without them. `exact` is the
-/// fit of all recordings without either.
-BaselineFit fit_chain_to(std::vector<ObservedRecording> known, std::vector<RecordingFit> alone,
-                         std::optional<Fit> exact, const FitOptions& options) {
-    BaselineFit out{std::move(known), {}, {}, std::move(alone)};
-    const std::vector<ObservedRecording> stated = with_inputs_as_stated(out.recordings);
-    const bool is_exact = exact && !stated.front().errors && !stated.front().noise_model;
-    out.stated = is_exact ? *std::move(exact) : fit_again({}, out.alone, stated, options);
-    // The terms are linearised about each recording's own fit. Where recordings disagree, a joint
-    // fit may be cycles away from it.
-    const bool is_one = stated.size() == 1 && !out.stated.failed();
-    if (is_one && !is_exact)
-        out.recordings = with_reading_errors(out.recordings, out.stated.parts, options.heartbeat);
-    out.fit = fit_again({}, is_one ? out.stated.parts : out.alone, out.recordings, options);
-    if (out.fit.failed())
-        out.fit = out.stated;
-    out.fit.runs += out.stated.runs;
-    if (!out.stated.failed())
-        add_input_uncertainty(out.recordings, out.fit.reduced_chi_squared, out.stated);
-    return out;
-}
-
 /// Changes Y and β of the model so that the case which it computes has those of `wanted`.
 void compute_with(const physics::StemParameters<double>& wanted, StemModel& model) {
-    const physics::StemParameters<double> now = case_beside_errors(model).stem;
+    const physics::StemParameters<double> now = computed_case(model).stem;
     for (const auto member : {&physics::StemParameters<double>::bond_youngs_modulus,
                               &physics::StemParameters<double>::bond_damping})
         if (now.*member > 0.0)
             model.spec.stem.*member *= wanted.*member / now.*member;
 }
 
-} // namespace
-
-Fit as_stated(const Fit& judged, const Fit& smaller, std::span<const ObservedRecording> recordings,
-              const FitOptions& options) {
-    if (judged.effects.empty())
-        return smaller;
-    if (judged.failed() || !judged.moves())
-        return judged;
-    const std::vector<ObservedRecording> exact = with_inputs_as_stated(recordings);
-    StartModels start = models_of(judged, recordings, options);
-    for (std::size_t m = 0; m < start.size(); ++m) {
-        const physics::StemParameters<double> computed = case_beside_errors(start[m]).stem;
-        start[m] = beside_errors(std::move(start[m]), exact[m]);
-        compute_with(computed, start[m]);
+/// A fit of one recording again after a change of its noise or its errors. `known`: what was added
+/// to the predicted readings.
+Fit fit_again(const Fit& before, const ObservedRecording& recording,
+              const std::vector<double>& known, const FitOptions& options) {
+    const RecordingFit& part = before.parts.front();
+    const StemModel model = with_error_terms(part.model, recording);
+    std::vector<ChainPrediction> predictions;
+    if (model.error_values.size() == part.model.error_values.size()) {
+        predictions.push_back(part.prediction);
+        predictions.front().batches = 0;
+        for (std::size_t at = 0; at < known.size(); ++at)
+            predictions.front().readings[at] += known[at];
     }
-    Fit stated = refined(start, judged.effects, smaller, exact, options);
-    if (!stated.failed())
-        add_input_uncertainty(with_reading_errors(recordings, stated.parts, options.heartbeat),
-                              judged.reduced_chi_squared, stated);
-    return stated;
+    Fit fit =
+        fit_near({model}, before.effects, {}, {&recording, 1}, options, std::move(predictions));
+    fit.batches += before.batches;
+    return fit;
 }
+
+/// The error terms of a recording about its own fit, which is fitted again with them.
+Fit fit_with_terms(Fit fit, ObservedRecording& recording, const FitOptions& options) {
+    auto terms = std::make_shared<std::vector<ErrorTerm>>();
+    auto fitted = std::make_shared<ReadingErrors>();
+    std::vector<double> known;
+    try {
+        Division division =
+            division_of(fit.parts.front(), recording.noise_model.get(), options.heartbeat);
+        fit.batches += division.batches;
+        known = std::move(division.known);
+        if (division.doubt)
+            terms->push_back(*std::move(division.doubt));
+    } catch (const core::NumericalError&) { // the chain itself can be computed
+    }
+    for (const std::vector<ErrorTerm>& some :
+         {release_terms(fit, recording), place_terms(fit.parts.front(), recording),
+          sensor_terms(recording)})
+        for (const ErrorTerm& term : some)
+            (term.is_fitted() ? fitted->terms : *terms).push_back(term);
+    fitted->times = fit.parts.front().times;
+    fitted->known = known;
+    recording.terms = std::move(terms);
+    if (!fitted->known.empty() || !fitted->terms.empty())
+        recording.errors = std::move(fitted);
+    return fit_again(fit, recording, known, options);
+}
+
+/// Standard uncertainty of a parameter's logarithm by the stated inputs of one recording alone.
+double uncertainty_by_inputs(const Fit& fit, const physics::ParameterId& id) {
+    const auto found = std::ranges::find(fit.parameters, id, &FittedParameter::id);
+    double sum = 0.0;
+    for (const Pull& pull : fit.pulls)
+        if (found != fit.parameters.end() && pull.kind == ErrorKind::StatedInput)
+            sum += std::pow(pull.changes[static_cast<std::size_t>(found - fit.parameters.begin())] /
+                                found->value,
+                            2);
+    return std::sqrt(sum);
+}
+
+/// Factors of Y and β for one of several recordings.
+void add_factors(const Fit& alone, ObservedRecording& recording) {
+    auto errors = recording.errors ? std::make_shared<ReadingErrors>(*recording.errors)
+                                   : std::make_shared<ReadingErrors>();
+    if (const double u = uncertainty_by_inputs(alone, physics::bond_youngs_modulus); u > 0.0)
+        errors->terms.push_back(
+            {ErrorKind::Modulus, "modulus of the chain of " + recording.stem.id, {}, u, 0.0});
+    if (const double u = uncertainty_by_inputs(alone, physics::bond_damping); u > 0.0)
+        errors->terms.push_back(
+            {ErrorKind::Damping, "damping of the chain of " + recording.stem.id, {}, 0.0, u});
+    recording.errors = std::move(errors);
+}
+
+/// All recordings together, from each one's own fit: the factors keep its Y and β at the start.
+Fit fit_together(const std::vector<Fit>& alone, const std::vector<ObservedRecording>& recordings,
+                 const FitOptions& options) {
+    StartModels start;
+    Fit smaller; // for its noise
+    smaller.own_weighted_rms = std::numeric_limits<double>::infinity();
+    int batches = 0;
+    double log_modulus = 0.0;
+    for (const Fit& each : alone)
+        log_modulus +=
+            std::log(each.parts.front().model.spec.stem.bond_youngs_modulus) / double(alone.size());
+    for (std::size_t m = 0; m < alone.size(); ++m) {
+        StemModel& model =
+            start.emplace_back(with_error_terms(alone[m].parts.front().model, recordings[m]));
+        for (std::size_t k = model.first_error(); k < model.free_count(); ++k)
+            if (const ErrorTerm& term = model.error_term(k); term.kind == ErrorKind::Modulus)
+                model.set_value(k, (std::log(model.spec.stem.bond_youngs_modulus) - log_modulus) /
+                                       term.log_modulus);
+        model.spec.stem.bond_youngs_modulus = std::exp(log_modulus);
+        smaller.parts.push_back(alone[m].parts.front());
+        batches += alone[m].batches;
+    }
+    Fit fit = fit_near(start, {}, smaller, recordings, options);
+    fit.batches += batches;
+    return fit;
+}
+
+/// The baseline from fits of the chain to each recording with its noise.
+BaselineFit baseline_of(std::vector<Fit> alone, std::vector<ObservedRecording> recordings,
+                        const FitOptions& options) {
+    for (std::size_t m = 0; m < recordings.size(); ++m)
+        alone[m] = fit_with_terms(std::move(alone[m]), recordings[m], options);
+    const auto failed = std::ranges::find_if(alone, &Fit::failed);
+    if (failed != alone.end())
+        return {std::move(recordings), *failed};
+    if (recordings.size() == 1)
+        return {std::move(recordings), std::move(alone.front())};
+    for (std::size_t m = 0; m < recordings.size(); ++m)
+        add_factors(alone[m], recordings[m]);
+    Fit fit = fit_together(alone, recordings, options);
+    return {std::move(recordings), std::move(fit)};
+}
+
+} // namespace
 
 BaselineFit fit_baseline(std::span<const measure::Measurement> measurements,
                          const FitOptions& options) {
-    const std::vector<ObservedRecording> recordings = observed(measurements);
-    BaselineFit out{recordings, {}, {}};
-    std::vector<RecordingFit> alone;
-    const bool is_one = recordings.size() == 1;
-    std::optional<Fit> exact;
-    int runs = 0;
-    for (const ObservedRecording& recording : recordings) {
-        Fit own = fit_model({}, {}, {&recording, 1}, options);
-        runs += own.runs;
+    std::vector<ObservedRecording> recordings = observed(measurements);
+    std::vector<Fit> alone;
+    FitOptions first = options; // the terms are computed about the fit with the noise in motion
+    first.with_inputs = false;
+    for (ObservedRecording& recording : recordings) {
+        Fit own = fit_model({}, {}, {&recording, 1}, first);
         if (own.failed() || !own.moves()) {
-            out.stated = is_one ? std::move(own) : fit_model({}, {}, recordings, options);
-            out.fit = out.stated;
-            return out;
+            if (recordings.size() > 1)
+                own = fit_model({}, {}, recordings, options);
+            return {observed(measurements), std::move(own)};
         }
-        alone.push_back(own.parts.front());
-        if (is_one)
-            exact = std::move(own);
+        recording = with_noise_in_motion(own.parts.front(), recording);
+        own = fit_again(own, recording, {}, options);
+        if (own.failed())
+            return {observed(measurements), std::move(own)};
+        alone.push_back(std::move(own));
     }
-    std::vector<ObservedRecording> known =
-        with_reading_errors(recordings, alone, options.heartbeat);
-    out = fit_chain_to(std::move(known), std::move(alone), std::move(exact), options);
-    out.fit.runs += is_one ? 0 : runs;
-    return out;
+    return baseline_of(std::move(alone), std::move(recordings), options);
 }
 
 StartModels with_chain(const Fit& numbers, std::span<const ObservedRecording> from,
@@ -99,11 +172,11 @@ StartModels with_chain(const Fit& numbers, std::span<const ObservedRecording> fr
     const StartModels before = models_of(numbers, from, from_options);
     StartModels models = models_of(numbers, recordings, options);
     for (std::size_t m = 0; m < models.size(); ++m) {
-        const auto modes = run::chain_modes(case_beside_errors(before[m]), 1);
+        const auto modes = run::chain_modes(computed_case(before[m]), 1);
         if (modes.empty())
             continue;
         StemModel computed = models[m];
-        computed.spec = case_beside_errors(models[m]);
+        computed.spec = computed_case(models[m]);
         keep_first_mode(modes.front(), computed);
         compute_with(computed.spec.stem, models[m]);
     }
@@ -113,45 +186,53 @@ StartModels with_chain(const Fit& numbers, std::span<const ObservedRecording> fr
 BaselineFit baseline_with_chain(const BaselineFit& other, const FitOptions& from,
                                 std::span<const measure::Measurement> measurements,
                                 const FitOptions& options) {
-    if (other.alone.empty()) // nothing moves: there is no fit to start from
+    if (!other.fit.moves()) // there is no fit to start from
         return fit_baseline(measurements, options);
     std::vector<ObservedRecording> recordings = observed(measurements);
-    std::vector<RecordingFit> alone;
+    std::vector<Fit> alone;
     for (std::size_t m = 0; m < recordings.size(); ++m) {
-        const std::span<const ObservedRecording> own(&recordings[m], 1);
-        Fit numbers;
-        numbers.parameters = other.alone[m].parameters;
-        alone.push_back(fit_chain_with_held(with_chain(numbers, own, from, own, options).front(),
-                                            recordings[m], {}, options.solve()));
-    }
-    recordings = with_reading_errors(recordings, alone, options.heartbeat);
-    for (std::size_t m = 0; m < recordings.size(); ++m)
         recordings[m].noise_model = other.recordings[m].noise_model;
-    return fit_chain_to(std::move(recordings), std::move(alone), std::nullopt, options);
+        Fit numbers;
+        numbers.parameters = other.fit.parts[m].parameters;
+        alone.push_back(fit_near(
+            with_chain(numbers, {&other.recordings[m], 1}, from, {&recordings[m], 1}, options), {},
+            {}, {&recordings[m], 1}, options));
+        if (alone.back().failed())
+            return {std::move(recordings), std::move(alone.back())};
+    }
+    return baseline_of(std::move(alone), std::move(recordings), options);
 }
 
 std::optional<BaselineFit>
-baseline_beside_noise_of(const Fit& larger, const BaselineFit& baseline,
-                         std::span<const measure::Measurement> measurements,
-                         const FitOptions& options) {
-    if (baseline.alone.empty() || larger.failed())
+baseline_with_noise_about(const Fit& larger, const BaselineFit& baseline,
+                          std::span<const measure::Measurement> measurements,
+                          const FitOptions& options) {
+    if (larger.failed() || !larger.moves())
         return std::nullopt;
     const std::vector<ObservedRecording> recordings = observed(measurements);
-    std::vector<ObservedRecording> known = baseline.recordings;
+    BaselineFit out{baseline.recordings, {}};
     bool is_other = false;
-    for (std::size_t m = 0; m < known.size(); ++m) {
+    for (std::size_t m = 0; m < recordings.size(); ++m) {
         RecordingFit own = larger.parts[m]; // with the noise that was stated or measured at rest
         if (ReadingNoise noise = reading_noise(recordings[m]); !noise.by_row.empty()) {
             own.noise = std::move(noise.by_row);
             own.noise_source = std::move(noise.source);
         }
-        known[m] = with_noise_in_motion(own, recordings[m]);
-        known[m].errors = baseline.recordings[m].errors;
-        is_other = is_other || !has_same_noise(known[m], baseline.recordings[m]);
+        const ObservedRecording known = with_noise_in_motion(own, recordings[m]);
+        is_other = is_other || !has_same_noise(known, baseline.recordings[m]);
+        out.recordings[m].noise_model = known.noise_model;
     }
     if (!is_other)
         return std::nullopt;
-    return fit_chain_to(std::move(known), baseline.alone, std::nullopt, options);
+    if (!baseline.fit.moves()) {
+        out.fit = fit_model({}, {}, out.recordings, options);
+        return out;
+    }
+    std::vector<ChainPrediction> predictions;
+    for (const RecordingFit& part : baseline.fit.parts)
+        predictions.push_back(part.prediction);
+    out.fit = fit_near(start_from(baseline.fit), {}, {}, out.recordings, options, predictions);
+    return out;
 }
 
 } // namespace culm::fit

@@ -9,34 +9,30 @@
 
 namespace culm::fit {
 
-/// The fit without its parts; counts its effective readings.
-[[nodiscard]] Fit numbers_of(const Fit& fit);
+/// The fit without its parts, its system and its matrices.
+[[nodiscard]] Fit to_numbers(const Fit& fit);
 
 /// −2 log likelihood of the readings, less a constant. The contribution of a recording of unknown
 /// noise is n log(rms²).
 [[nodiscard]] double deviance(const Fit& fit);
 
-template <class Wire>
-void fields(Wire& wire, RecordingMisfit& misfit) {
-    wire(misfit.readings, misfit.chi_squared, misfit.rmse, misfit.is_noise_known);
-}
-
 /// The numbers travel between ranks. The effects do not, because every rank has them.
 template <class Wire>
 void fields(Wire& wire, Fit& numbers) {
-    wire(numbers.names, numbers.status, numbers.reason, numbers.parameters, numbers.chi_squared,
-         numbers.reduced_chi_squared, numbers.rmse, numbers.readings, numbers.runs, numbers.misfits,
-         numbers.model_terms);
+    wire(numbers.names, numbers.status, numbers.reason, numbers.parameters, numbers.pulls,
+         numbers.has_moved_inputs, numbers.chi_squared, numbers.reduced_chi_squared, numbers.rmse,
+         numbers.readings, numbers.degrees_of_freedom, numbers.misfits, numbers.batches,
+         numbers.weighted_rms, numbers.own_weighted_rms);
 }
 
 /// The models of the recordings with the numbers of the fit.
-[[nodiscard]] std::vector<StemModel> models_of(const Fit& numbers,
-                                               std::span<const ObservedRecording> recordings,
-                                               const FitOptions& options = {});
+[[nodiscard]] StartModels models_of(const Fit& numbers,
+                                    std::span<const ObservedRecording> recordings,
+                                    const FitOptions& options = {});
 
-/// Restores the residuals and derivatives of a fit by one run of each recording. The result is the
-/// same on every rank, whichever found the fit. Throws core::NumericalError if a run fails.
-[[nodiscard]] Fit restored(const Fit& numbers, std::span<const ObservedRecording> recordings,
-                           const FitOptions& options = {});
+/// The fit with residuals and derivatives, by runs of each recording at its numbers. The result is
+/// the same on every rank, whichever found the fit. Throws core::NumericalError if a run fails.
+[[nodiscard]] Fit rerun(const Fit& numbers, std::span<const ObservedRecording> recordings,
+                        const FitOptions& options = {});
 
 } // namespace culm::fit

@@ -33,7 +33,7 @@ std::string plus_minus(const Uncertain& estimate, double scale = 1.0) {
 
 /// The parameter with its combined uncertainty from the budget.
 Uncertain parameter_of(const calibrate::Calibration& calibration, const physics::ParameterId& id) {
-    const fit::FittedParameter& parameter = *calibration.fit.find(id);
+    const fit::FittedParameter& parameter = *calibration.part().find(id);
     return {parameter.value, parameter.standard_error};
 }
 
@@ -61,12 +61,20 @@ json stem_parameters_json(const calibrate::Calibration& calibration) {
     return out;
 }
 
-json correlation_json(const fit::RecordingFit& fit) {
-    const std::size_t count = fit.model.first_error();
-    const auto row = [&fit, count](std::size_t a) {
-        return array_of_count(count, [&fit, a](std::size_t b) {
-            return number(fit.correlation(Eigen::Index(a), Eigen::Index(b)));
-        });
+json correlation_json(const fit::Fit& fit) {
+    const std::size_t count = fit.parts.front().model.first_error();
+    const auto correlation = [&fit](std::size_t a, std::size_t b) {
+        const Eigen::MatrixXd& of = fit.covariance;
+        const auto i = static_cast<Eigen::Index>(a);
+        const auto j = static_cast<Eigen::Index>(b);
+        const double scale = std::sqrt(of(i, i) * of(j, j));
+        const bool is_reversed = (fit.parameters[a].fitted_as == physics::FittedAs::Inverse) !=
+                                 (fit.parameters[b].fitted_as == physics::FittedAs::Inverse);
+        return a == b ? 1.0 : scale > 0.0 ? (is_reversed ? -1.0 : 1.0) * of(i, j) / scale : 0.0;
+    };
+    const auto row = [&correlation, count](std::size_t a) {
+        return array_of_count(
+            count, [&correlation, a](std::size_t b) { return number(correlation(a, b)); });
     };
     return {{"names", array_of(std::span(fit.parameters).first(count), parameter_key)},
             {"matrix", array_of_count(count, row)}};
@@ -85,7 +93,7 @@ json chain_json(const fit::RecordingFit& fit, const std::string& law) {
     const auto mass_json = [](const run::PointMass& mass) -> json {
         return {{"height_m", mass.height}, {"mass_kg", mass.mass}};
     };
-    const run::CaseSpec computed = fit::case_beside_errors(fit.model);
+    const run::CaseSpec computed = fit::computed_case(fit.model);
     return {{"law", law},
             {"bond_youngs_modulus_pa", number(computed.stem.bond_youngs_modulus)},
             {"bond_damping", number(computed.stem.bond_damping)},
@@ -132,16 +140,16 @@ std::string stem_line_of(const calibrate::Calibration& calibration) {
 }
 
 json fit_quality_json(const calibrate::Calibration& calibration) {
-    const fit::RecordingFit& fit = calibration.fit;
+    const fit::RecordingFit& fit = calibration.part();
     return {{"rmse_mm", 1e3 * fit.rmse},
             {"noise_mm", 1e3 * fit::typical_noise(fit)},
             {"noise_source", fit.noise_source},
             {"rmse_over_noise", number(fit::over_noise(fit))},
-            {"reduced_chi2", number(calibration.judged.reduced_chi_squared)},
-            {"contradicted_inputs", contradictions_json(calibration.judged.parameters)},
+            {"reduced_chi2", number(calibration.fit.reduced_chi_squared)},
+            {"contradicted_inputs", contradictions_json(calibration.fit.pulls)},
             {"degrees_of_freedom", fit.degrees_of_freedom},
             {"readings", fit.readings},
-            {"runs", fit.runs},
+            {"runs", calibration.fit.batches},
             {"adequate", calibration.verdict.finding == diagnose::Finding::Adequate},
             {"reason", calibration.verdict.reason},
             {"failed_tests", calibration.verdict.failed_tests},
@@ -210,9 +218,8 @@ std::string warning_lines(const std::string& indent, const std::string& sentence
 
 std::string verdict_lines(const calibrate::Calibration& calibration, const TextStyle& style) {
     const std::string verdict = adequacy_text(calibration.verdict);
-    const std::string said =
-        contradiction_sentence(calibration.judged.parameters,
-                               calibration.verdict.finding != diagnose::Finding::Inadequate);
+    const std::string said = contradiction_sentence(
+        calibration.fit.pulls, calibration.verdict.finding != diagnose::Finding::Inadequate);
     return (calibration.verdict.finding == diagnose::Finding::Adequate
                 ? "  " + style.good(verdict) + '\n'
                 : warning_lines("  ", verdict, style)) +
@@ -281,8 +288,8 @@ json calibration_json(const calibrate::Calibration& calibration, const std::stri
              {"correlation", correlation_json(calibration.fit)},
              {"mode", mode_json(calibration)},
              {"fit", fit_quality_json(calibration)},
-             {"chain", chain_json(calibration.fit, law)},
-             {"remarks", calibration.fit.model.remarks}};
+             {"chain", chain_json(calibration.part(), law)},
+             {"remarks", calibration.part().model.remarks}};
     if (calibration.check || !calibration.check_failure.empty())
         out["check"] = check_json(calibration);
     return out;
@@ -290,7 +297,7 @@ json calibration_json(const calibrate::Calibration& calibration, const std::stri
 
 std::string calibration_text(const calibrate::Calibration& calibration, const std::string& law,
                              bool with_details, const TextStyle& style) {
-    const fit::RecordingFit& fit = calibration.fit;
+    const fit::RecordingFit& fit = calibration.part();
     const std::string far_off = far_off_sentence(fit::over_noise(fit));
     std::string text =
         fmt::format("{}: chain of {} spheres, law {}, fitted to {} readings (intervals 95 %)\n{}{}",
@@ -306,7 +313,7 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
                                            unit.text(fit.rmse), fit::over_noise(fit),
                                            unit.text(fit::typical_noise(fit)), fit.noise_source));
     text += fmt::format("  reduced chi2 {:.3f} with the inputs free within their uncertainties\n",
-                        calibration.judged.reduced_chi_squared);
+                        calibration.fit.reduced_chi_squared);
     text += verdict_lines(calibration, style) + check_lines(calibration);
     return text + (with_details
                        ? budget_text(calibration.budget, calibration.fit.parameters)
@@ -333,7 +340,7 @@ std::string calibration_table_line(const calibrate::Calibration& calibration, bo
                        plus_minus(parameter_of(calibration, physics::bond_youngs_modulus), 1e-9),
                        plus_minus(parameter_of(calibration, physics::bond_damping)),
                        plus_minus(decay_of(calibration)), plus_minus(frequency_of(calibration)),
-                       calibration.judged.reduced_chi_squared, check,
+                       calibration.fit.reduced_chi_squared, check,
                        calibration.verdict.finding == diagnose::Finding::Adequate
                            ? std::string("-")
                            : style.warning(short_reason(calibration.verdict)));

@@ -145,13 +145,13 @@ json verdict_json(const diagnose::Verdict& verdict) {
 }
 
 /// The members that exist only for a model that could be fitted.
-json compared_fit_json(const fit::RecordingFit& fit, const fit::Fit& judged,
-                       const diagnose::Comparison& comparison) {
+json compared_fit_json(const fit::Fit& model, const diagnose::Comparison& comparison) {
+    const fit::RecordingFit& fit = model.parts.front();
     return {
         {"rmse_mm", number(1e3 * fit.rmse)},
         {"rmse_over_noise", number(comparison.over_noise)},
-        {"reduced_chi2", number(judged.reduced_chi_squared)},
-        {"contradicted_inputs", contradictions_json(judged.parameters)},
+        {"reduced_chi2", number(model.reduced_chi_squared)},
+        {"contradicted_inputs", contradictions_json(model.pulls)},
         {"degrees_of_freedom", fit.degrees_of_freedom},
         {"effective_degrees_of_freedom", number(comparison.verdict.effective_degrees_of_freedom)},
         {"parameters", parameters_json(fit.parameters)},
@@ -163,7 +163,7 @@ json compared_fit_json(const fit::RecordingFit& fit, const fit::Fit& judged,
 
 json ladder_model_json(const diagnose::Ladder& ladder, std::size_t k) {
     const diagnose::LadderModel& model = ladder.models[k];
-    json out{{"model", model.fit.names}, {"added", model.added}, {"runs", model.fit.runs}};
+    json out{{"model", model.fit.names}, {"added", model.added}, {"runs", model.fit.batches}};
     if (k > 0) {
         out["compared_with"] = model.compared_with;
         out["gain"] = model.is_gain;
@@ -174,7 +174,7 @@ json ladder_model_json(const diagnose::Ladder& ladder, std::size_t k) {
         out["failure"] = model.fit.reason;
         return out;
     }
-    out.update(compared_fit_json(model.stated.parts.front(), model.fit, *model.comparison));
+    out.update(compared_fit_json(model.fit, *model.comparison));
     out["moves"] = model.fit.moves();
     out["log_evidence"] = number(model.log_evidence);
     if (k > 0) {

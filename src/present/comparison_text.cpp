@@ -259,7 +259,7 @@ std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size
         return fmt::format("{} {}: {}\n", name, style.failure("failed"), model.fit.reason);
     const diagnose::Comparison& comparison = comparison_of(ladder, k);
     const diagnose::Verdict& verdict = comparison.verdict;
-    const bool is_noise_known = model.stated.is_noise_known_everywhere();
+    const bool is_noise_known = model.fit.is_noise_known_everywhere();
     return fmt::format("{} {:>9} {:>7} {:>10} {:>13}  {}\n", name,
                        number_cell(comparison.unit.factor * comparison.rmse, 4),
                        is_noise_known ? number_cell(comparison.over_noise, 2) : "-",
@@ -378,10 +378,10 @@ std::string comparison_text(const diagnose::Ladder& ladder, const measure::Measu
         else if (is_shown)
             text += "baseline:\n";
         if (is_shown)
-            text += model_parameters(model.stated);
+            text += model_parameters(model.fit);
         if (const std::string said = contradiction_sentence(
-                model.fit.parameters, !model.comparison || model.comparison->verdict.finding !=
-                                                               diagnose::Finding::Inadequate);
+                model.fit.pulls, !model.comparison || model.comparison->verdict.finding !=
+                                                          diagnose::Finding::Inadequate);
             is_shown && !said.empty())
             text += result_lines("    ", said);
     }

@@ -21,12 +21,8 @@ struct DiagnosisReport {
     const fit::SelectedEffects& candidates; ///< those that were tried
     std::string law;                        ///< of the bonds' damping
 
-    /// The model whose residuals are nearest to noise, with every input as stated; with the
-    /// error terms of the readings if that fit failed.
-    [[nodiscard]] const fit::Fit& best_fit() const {
-        const fit::Fit& stated = found.ladder.back().stated;
-        return stated.failed() ? found.final_fit : stated;
-    }
+    /// The model whose residuals are nearest to noise.
+    [[nodiscard]] const fit::Fit& best_fit() const { return found.final_fit; }
     [[nodiscard]] const std::vector<fit::FittedParameter>& parameters() const {
         return best_fit().parameters;
     }

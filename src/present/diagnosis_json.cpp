@@ -49,9 +49,9 @@ json recordings_json(const fit::Fit& fit, std::span<const measure::Measurement> 
 }
 
 json baseline_json(const diagnose::Diagnosis& diagnosis) {
-    const fit::Fit& fit = diagnosis.stated_baseline;
+    const fit::Fit& fit = diagnosis.baseline;
     return {{"rmse_mm", number(1e3 * fit.rmse)},
-            {"reduced_chi2", number(diagnosis.baseline.reduced_chi_squared)},
+            {"reduced_chi2", number(fit.reduced_chi_squared)},
             {"adequate", !diagnosis.ladder.empty() &&
                              diagnosis.ladder.front().finding == diagnose::Finding::Adequate},
             {"parameters", parameters_with_units(fit.parameters)}};
@@ -106,14 +106,14 @@ json models_json(const std::vector<diagnose::SearchedModel>& ladder) {
     json out = json::array();
     for (const diagnose::SearchedModel& model : ladder) {
         json entry{{"model", model.fit.names},
-                   {"rmse_mm", number(1e3 * model.stated.rmse)},
+                   {"rmse_mm", number(1e3 * model.fit.rmse)},
                    {"reduced_chi2", number(model.fit.reduced_chi_squared)},
-                   {"contradicted_inputs", contradictions_json(model.fit.parameters)},
+                   {"contradicted_inputs", contradictions_json(model.fit.pulls)},
                    {"finding", diagnose::to_string(model.finding)},
                    {"finding_text", finding_text(model.finding)},
                    {"p_value", number(model.p_value)},
                    {"tests", model.tests},
-                   {"parameters", parameters_with_units(model.stated.parameters)}};
+                   {"parameters", parameters_with_units(model.fit.parameters)}};
         if (!out.empty())
             entry["log_evidence"] = number(model.log_evidence);
         out.push_back(std::move(entry));
@@ -191,10 +191,9 @@ json where_of(const DiagnosisReport& report, std::size_t part) {
         return fit;
     };
     const measure::Measurement& recording = report.recordings[part];
-    const fit::Fit stated = one(report.best_fit());
-    const diagnose::Comparison comparison =
-        diagnose::compare(stated, one(report.found.final_fit), recording, report.found.policy);
-    json where = where_json(comparison, stated.parts.front());
+    const fit::Fit fit = one(report.best_fit());
+    const diagnose::Comparison comparison = diagnose::compare(fit, recording, report.found.policy);
+    json where = where_json(comparison, fit.parts.front());
     where["frequency_vs_amplitude"] =
         against_amplitude_json(comparison.windows, &residuals::WindowFit::frequency);
     where["decay_vs_amplitude"] =
@@ -273,7 +272,7 @@ json diagnosis_json(const DiagnosisReport& report) {
         {"blind_spots", blind_spots_json(found.blind_spots)},
         {"next_experiment", experiments_json(found.next_experiments)},
         {"missing_force", found.missing_force ? missing_force_json(*found.missing_force) : json()},
-        {"runs", found.runs}};
+        {"runs", found.batches}};
     add_recordings(report, document);
     return document;
 }

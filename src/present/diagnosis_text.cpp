@@ -70,7 +70,7 @@ std::string before_and_after(const physics::ParameterId& id, const fit::Fit& bef
 /// The residual, Y and β before and after, and the unexplained part.
 std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = report.found;
-    const fit::Fit& first = found.ladder.front().stated;
+    const fit::Fit& first = found.ladder.front().fit;
     const fit::Fit& last = report.best_fit();
     const measure::ReadingUnit unit = report.unit();
     std::string residual = unit.text(first.rmse);
@@ -83,9 +83,9 @@ std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
         sentences.push_back(fmt::format("beta (law {}): {}", report.law,
                                         before_and_after(physics::bond_damping, first, last)));
     }
-    if (found.ladder.back().has_free_inputs)
-        sentences.emplace_back("With every input as stated the fit has no such effect: all numbers "
-                               "are those with the inputs free within their uncertainties.");
+    if (last.has_moved_inputs)
+        sentences.emplace_back("All numbers are those with the inputs free within their "
+                               "uncertainties: they contradict exact inputs.");
     sentences.push_back(fmt::format("Not explained: {}, {:.2g} % of the swing.",
                                     unit.text(found.unexplained, 2),
                                     100.0 * found.unexplained_share));
@@ -191,8 +191,8 @@ std::vector<std::string> explanations(const DiagnosisReport& report) {
         sentences.push_back(
             fmt::format("The search ended after {} models; likelier ones may exist.",
                         found.posterior.models.size()));
-    if (std::string said = contradiction_sentence(found.final_fit.parameters,
-                                                  found.conclusion != Conclusion::Unknown);
+    if (std::string said =
+            contradiction_sentence(found.final_fit.pulls, found.conclusion != Conclusion::Unknown);
         !said.empty())
         sentences.push_back(std::move(said));
     return sentences;
@@ -230,8 +230,8 @@ std::string model_lines(const std::vector<diagnose::SearchedModel>& ladder,
     for (const diagnose::SearchedModel& model : ladder)
         text += fmt::format(
             "{:<{}} {:>9} {:>7} {:>10} {:>13}  {}\n", model_name(model.fit.names), width,
-            number_cell(unit.factor * model.stated.rmse, 4),
-            number_cell(over_noise(model.stated), 2), number_cell(model.fit.reduced_chi_squared, 3),
+            number_cell(unit.factor * model.fit.rmse, 4), number_cell(over_noise(model.fit), 2),
+            number_cell(model.fit.reduced_chi_squared, 3),
             &model == &ladder.front() ? std::string() : fmt::format("{:+.0f}", model.log_evidence),
             finding_text(model.finding, style));
     return text + "* with the inputs free within their uncertainties; all else with every input as "

@@ -138,8 +138,8 @@ void write_comparison_arrays(const std::filesystem::path& file, const diagnose::
                                      {"measurement", measurement.stem.id}}}};
     std::vector<NamedArray> arrays;
     for (std::size_t k = 0; k < ladder.models.size(); ++k) {
-        const fit::Fit& fit = ladder.models[k].stated;
-        if (ladder.models[k].fit.failed())
+        const fit::Fit& fit = ladder.models[k].fit;
+        if (fit.failed())
             continue;
         if (arrays.empty()) // all fits have the same frames
             add_measured(arrays, "", fit.parts.front(), measurement);
@@ -152,8 +152,8 @@ void write_comparison_arrays(const std::filesystem::path& file, const diagnose::
 
 void write_diagnosis_arrays(const std::filesystem::path& file, const diagnose::Diagnosis& diagnosis,
                             std::span<const measure::Measurement> recordings) {
-    std::vector<const fit::Fit*> models{&diagnosis.stated_baseline};
-    if (const fit::Fit& last = diagnosis.ladder.back().stated;
+    std::vector<const fit::Fit*> models{&diagnosis.baseline};
+    if (const fit::Fit& last = diagnosis.final_fit;
         !last.failed() && last.names != diagnosis.baseline.names)
         models.push_back(&last);
     std::vector<GroupTexts> groups{{"", {{"format", "culm diagnosis arrays"}, {"version", "1.0"}}}};

@@ -87,8 +87,8 @@ std::string value_text(const fit::FittedParameter& parameter) {
 
 namespace {
 
-bool is_contradicted(const fit::FittedParameter& parameter) {
-    return parameter.is_error && std::abs(parameter.value) > fit::contradiction;
+bool is_contradicted(const fit::Pull& pull) {
+    return std::abs(pull.value) > fit::contradiction;
 }
 
 } // namespace
@@ -97,12 +97,11 @@ std::string model_name(const std::vector<std::string>& names) {
     return fmt::format("{}", fmt::join(names, " + "));
 }
 
-std::string contradiction_sentence(std::span<const fit::FittedParameter> parameters,
-                                   bool describes_readings) {
+std::string contradiction_sentence(std::span<const fit::Pull> all, bool describes_readings) {
     std::vector<std::string> pulls;
-    for (const fit::FittedParameter& parameter : parameters)
-        if (is_contradicted(parameter))
-            pulls.push_back(fmt::format("{} {:+.1f}", to_string(parameter.id), parameter.value));
+    for (const fit::Pull& pull : all)
+        if (is_contradicted(pull))
+            pulls.push_back(fmt::format("{} {:+.1f}", pull.id, pull.value));
     if (pulls.empty())
         return {};
     if (!describes_readings)
@@ -114,11 +113,11 @@ std::string contradiction_sentence(std::span<const fit::FittedParameter> paramet
                        fmt::join(pulls, ", "));
 }
 
-json contradictions_json(std::span<const fit::FittedParameter> parameters) {
+json contradictions_json(std::span<const fit::Pull> pulls) {
     json out = json::array();
-    for (const fit::FittedParameter& parameter : parameters)
-        if (is_contradicted(parameter))
-            out.push_back({{"name", to_string(parameter.id)}, {"pull", number(parameter.value)}});
+    for (const fit::Pull& pull : pulls)
+        if (is_contradicted(pull))
+            out.push_back({{"name", pull.id}, {"pull", number(pull.value)}});
     return out;
 }
 

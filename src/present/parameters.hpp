@@ -54,11 +54,11 @@ struct ReadableParameter {
 /// Names the stated inputs and constrained error terms whose pull exceeds fit::contradiction, or
 /// counts them if the model does not describe the readings: then it is wrong, not they. Empty if
 /// there are none.
-[[nodiscard]] std::string contradiction_sentence(std::span<const fit::FittedParameter> parameters,
+[[nodiscard]] std::string contradiction_sentence(std::span<const fit::Pull> pulls,
                                                  bool describes_readings);
 
 /// The same as [{"name", "pull"}].
-[[nodiscard]] nlohmann::json contradictions_json(std::span<const fit::FittedParameter> parameters);
+[[nodiscard]] nlohmann::json contradictions_json(std::span<const fit::Pull> pulls);
 
 /// "baseline + quadratic_drag".
 [[nodiscard]] std::string model_name(const std::vector<std::string>& names);

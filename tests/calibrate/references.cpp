@@ -36,7 +36,8 @@ TEST(NullStem, IsCalibratedWithinAPerCentAndNothingIsMissing) {
     options.with_check = true;
     const calibrate::Calibration found = calibrate::calibrate_stem(null_stem(), options);
     // Required: 1 % and 2 %. Observed: 0.05 % and 0.05 %; a factor of 4 is for other compilers.
-    EXPECT_NEAR(found.fit.find(tests::id("bond_youngs_modulus"))->value / true_modulus, 1.0, 0.002);
+    EXPECT_NEAR(found.part().find(tests::id("bond_youngs_modulus"))->value / true_modulus, 1.0,
+                0.002);
     EXPECT_NEAR(decay_of(found.mode) / true_decay, 1.0, 0.002);
     EXPECT_NEAR(found.fit.rmse, 0.0505e-3, 0.0002e-3); // the noise that was added
     EXPECT_TRUE(found.verdict.finding == diagnose::Finding::Adequate) << found.verdict.reason;
@@ -56,7 +57,7 @@ TEST(NullStem, DoesNotDependOnTheNumberOfSpheresByMoreThanTheNoise) {
         found.emplace(spheres, calibrate::calibrate_stem(null_stem(), options));
     }
     const auto modulus = [&](int spheres) {
-        return found.at(spheres).fit.find(tests::id("bond_youngs_modulus"))->value;
+        return found.at(spheres).part().find(tests::id("bond_youngs_modulus"))->value;
     };
     // The discretisation makes the chain softer by a share that falls with n²: 0.1 % at 28.
     EXPECT_NEAR(modulus(28) / modulus(56), 1.0, 2e-3);
@@ -72,7 +73,8 @@ TEST(NullStem, NeedsAboutTheSameDampingTimeUnderTheAuthorsLaw) {
     options.fit.chain.law = physics::schramm2019_law();
     const calibrate::Calibration found = calibrate::calibrate_stem(null_stem(), options);
     EXPECT_NEAR(decay_of(found.mode) / true_decay, 1.0, 0.02);
-    EXPECT_NEAR(found.fit.find(tests::id("bond_youngs_modulus"))->value / true_modulus, 1.0, 0.01);
+    EXPECT_NEAR(found.part().find(tests::id("bond_youngs_modulus"))->value / true_modulus, 1.0,
+                0.01);
 }
 
 std::map<std::string, std::vector<double>> population_truth(const fs::path& file) {
@@ -105,7 +107,7 @@ TEST(LabPopulation, MeetsItsTargetsForEveryStem) {
         EXPECT_NEAR(decay_of(found.mode) / truth[decay], 1.0, 0.03) << id;
         // The yielding clamp makes a rigid one look softer by 4 EI/(kL), 0.33 … 3.4 %.
         const double error =
-            found.fit.find(tests::id("bond_youngs_modulus"))->value * 1e-9 / truth[modulus_gpa] -
+            found.part().find(tests::id("bond_youngs_modulus"))->value * 1e-9 / truth[modulus_gpa] -
             1.0;
         EXPECT_LT(error, -0.002) << id;
         EXPECT_GT(error, -0.035) << id;

@@ -52,7 +52,7 @@ fit::RecordingFit calibrated(const Case& each) {
     calibrate::CalibrationOptions options;
     options.fit = few_spheres();
     options.effects = effects(each);
-    return calibrate::calibrate_stem(recording(each), options).fit;
+    return calibrate::calibrate_stem(recording(each), options).part();
 }
 
 diagnose::Diagnosis diagnosed(const Case& each) {
@@ -85,12 +85,12 @@ class ThreeCommands : public testing::TestWithParam<Case> {};
 
 TEST_P(ThreeCommands, PrintTheSameNumbers) {
     const diagnose::Ladder ladder = compared(GetParam());
-    const fit::RecordingFit& by_compare = ladder.models.back().stated.parts.front();
+    const fit::RecordingFit& by_compare = ladder.models.back().fit.parts.front();
     expect_same(by_compare, calibrated(GetParam()), "calibrate");
     const diagnose::Diagnosis found = diagnosed(GetParam());
-    ASSERT_EQ(found.ladder.back().stated.names, ladder.models.back().stated.names);
-    expect_same(by_compare, found.ladder.back().stated.parts.front(), "diagnose");
-    expect_same(ladder.models.front().stated.parts.front(), found.stated_baseline.parts.front(),
+    ASSERT_EQ(found.ladder.back().fit.names, ladder.models.back().fit.names);
+    expect_same(by_compare, found.ladder.back().fit.parts.front(), "diagnose");
+    expect_same(ladder.models.front().fit.parts.front(), found.baseline.parts.front(),
                 "the published chain by diagnose");
 }
 
@@ -114,14 +114,14 @@ TEST(ThreeCommandsTables, ShowASoftClampWithEveryInputAsStated) {
     EXPECT_EQ(ladder.models[0].comparison->verdict.finding, diagnose::Finding::Inadequate);
     EXPECT_EQ(ladder.models[1].comparison->verdict.finding, diagnose::Finding::Adequate);
     const auto has_contradiction = [](const fit::Fit& fit) {
-        return std::ranges::any_of(fit.parameters, [](const fit::FittedParameter& parameter) {
-            return parameter.is_error && std::abs(parameter.value) > fit::contradiction;
+        return std::ranges::any_of(fit.pulls, [](const fit::Pull& pull) {
+            return std::abs(pull.value) > fit::contradiction;
         });
     };
     EXPECT_TRUE(has_contradiction(ladder.models[0].fit));
     EXPECT_FALSE(has_contradiction(ladder.models[1].fit));
     const auto modulus = [&](std::size_t model) {
-        return ladder.models[model].stated.parts.front().find(physics::bond_youngs_modulus)->value;
+        return ladder.models[model].fit.parts.front().find(physics::bond_youngs_modulus)->value;
     };
     EXPECT_NEAR(ladder.models[1].modulus_change, modulus(1) / modulus(0) - 1.0, 1e-12);
 }

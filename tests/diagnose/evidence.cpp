@@ -11,10 +11,11 @@ namespace culm::tests {
 namespace {
 
 /// A model with one own parameter and this residual.
-diagnose::StackedReadings stacked(const Eigen::VectorXd& own, const Eigen::VectorXd& residual) {
-    diagnose::StackedReadings out;
+fit::WeightedSystem stacked(const Eigen::VectorXd& own, const Eigen::VectorXd& residual) {
+    fit::WeightedSystem out;
     out.jacobian = own;
     out.residual = residual;
+    out.fitted = own.cols();
     out.predicted = Eigen::VectorXd::Zero(residual.size());
     return out;
 }

@@ -23,15 +23,15 @@ using diagnose::Conclusion;
 diagnose::SharedReadings linear_stem(int seed, double at, double term) {
     std::srand(static_cast<unsigned>(seed));
     diagnose::SharedReadings stem;
-    stem.stacked.jacobian = Eigen::MatrixXd::Random(40, 5);
-    stem.stacked.residual = Eigen::VectorXd::Random(40);
-    stem.stacked.ids = {
+    stem.system.jacobian = Eigen::MatrixXd::Random(40, 5);
+    stem.system.residual = Eigen::VectorXd::Random(40);
+    stem.system.ids = {
         {{}, "a", {}}, {{}, "b", {}}, {{}, "c", {}}, {"drag", "c", {}}, {{}, "scale", {}}};
     stem.own = {0, 1, 2};
     stem.shared = {3, 4};
     stem.names = {"drag.c of rig A", "scale of rig A"};
     stem.at = {at, term};
-    stem.columns = stem.stacked.jacobian.rightCols(2);
+    stem.columns = stem.system.jacobian.rightCols(2);
     return stem;
 }
 
@@ -50,11 +50,11 @@ TEST(SharedMinimum, IsTheLeastSquaresSolutionOfAllStemsTogether) {
         const diagnose::SharedReadings stem = linear_stem(s, at, terms[k]);
         blocks.push_back(block_of(stem));
         const double weight = 1.0 / std::sqrt(variances[k]);
-        all.block(40 * s, 3 * s, 40, 3) = weight * stem.stacked.jacobian.leftCols(3);
+        all.block(40 * s, 3 * s, 40, 3) = weight * stem.system.jacobian.leftCols(3);
         all.block(40 * s, 9, 40, 2) = weight * stem.columns;
         // The residual at the shared numbers' origin.
         right.segment(40 * s, 40) =
-            weight * (stem.stacked.residual + stem.columns * Eigen::Vector2d(at, terms[k]));
+            weight * (stem.system.residual + stem.columns * Eigen::Vector2d(at, terms[k]));
     }
     all(120, 9) = std::sqrt(precision);
     right(120) = std::sqrt(precision) * mean;
@@ -70,9 +70,9 @@ TEST(SharedMinimum, IsTheLeastSquaresSolutionOfAllStemsTogether) {
     // The own numbers follow.
     const Eigen::Map<const Eigen::MatrixXd> follow(blocks[0].follow.data(), 4, 2);
     const Eigen::VectorXd own = linear_stem(0, at, terms[0])
-                                    .stacked.jacobian.leftCols(3)
+                                    .system.jacobian.leftCols(3)
                                     .colPivHouseholderQr()
-                                    .solve(linear_stem(0, at, terms[0]).stacked.residual);
+                                    .solve(linear_stem(0, at, terms[0]).system.residual);
     for (Eigen::Index k = 0; k < 3; ++k)
         EXPECT_NEAR(own(k) + follow(k, 0) * (found.at(0) - at) +
                         follow(k, 1) * (found.at(1) - terms[0]),

@@ -80,7 +80,7 @@ TEST(Ladder, ComparesAStepWithTheLikeliestModelBelow) {
     EXPECT_LT(taper.log_evidence, 0.0);
     EXPECT_DOUBLE_EQ(drag.log_evidence_gain, drag.log_evidence);
     const auto modulus = [&](std::size_t model) {
-        const fit::RecordingFit& part = ladder.models[model].stated.parts.front();
+        const fit::RecordingFit& part = ladder.models[model].fit.parts.front();
         return part.model.spec.stem.bond_youngs_modulus;
     };
     EXPECT_DOUBLE_EQ(drag.modulus_change, modulus(2) / modulus(0) - 1.0);
@@ -121,7 +121,7 @@ TEST(Verdict, IsUndecidedForAnExcerptOfOneCycle) {
     const measure::Measurement measurement = recording("T1-null").front();
     const fit::Fit fit = tests::fit_baseline(measurement, options);
     ASSERT_FALSE(fit.failed()) << fit.reason;
-    const diagnose::Comparison comparison = diagnose::compare(fit, fit, measurement);
+    const diagnose::Comparison comparison = diagnose::compare(fit, measurement);
     EXPECT_EQ(comparison.verdict.finding, diagnose::Finding::Undecided);
     EXPECT_NE(comparison.verdict.reason.find("too few"), std::string::npos);
 }

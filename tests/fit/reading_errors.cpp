@@ -2,12 +2,11 @@
 // These recordings of the beam generator contain errors of persons or instruments, but no missing
 // physics. A fit that takes inputs, noise, division of the chain or release as exact is found
 // inadequate.
-#include "fit/solve/reading_errors.hpp"
-
 #include "beam_generator/recording.hpp"
 #include "diagnose/adequacy.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/model/prediction.hpp"
+#include "fit/model/reading_noise.hpp"
 
 #include <algorithm>
 #include <array>
@@ -48,7 +47,9 @@ Finding finding(const fit::Fit& fit, std::span<const fit::ObservedRecording> rec
 
 /// The verdicts on a fit that takes everything as exact and on one with reading errors.
 std::pair<Finding, Finding> findings(const std::vector<measure::Measurement>& recordings) {
-    const fit::Fit exact = fit::fit_model({}, {}, fit::observed(recordings));
+    fit::FitOptions options;
+    options.with_inputs = false;
+    const fit::Fit exact = fit::fit_model({}, {}, fit::observed(recordings), options);
     const fit::BaselineFit beside = fit::fit_baseline(recordings);
     return {finding(exact, fit::observed(recordings)), finding(beside.fit, beside.recordings)};
 }
@@ -170,8 +171,8 @@ TEST(ReadingErrors, DoNotExplainTheNoiseOfARow) {
     measurement.uncertainties.row = 0.03e-3;
     const fit::BaselineFit baseline = fit::fit_baseline({&measurement, 1});
     double squares = 0.0;
-    for (const double error : baseline.fit.parts.front().model.error_values)
-        squares += error * error;
+    for (const fit::Pull& pull : baseline.fit.pulls)
+        squares += pull.value * pull.value;
     EXPECT_LT(squares, 8.0) << "sum of squared pulls";
 }
 
@@ -228,7 +229,7 @@ TEST(ReadingErrors, AccountForCalipers) {
     }
     const fit::BaselineFit baseline = fit::fit_baseline(two);
     EXPECT_EQ(finding(baseline.fit, baseline.recordings), Finding::Adequate);
-    EXPECT_LT(baseline.fit.runs - baseline.stated.runs, 65);
+    EXPECT_LT(baseline.fit.batches, 120);
 }
 
 TEST(ReadingErrors, AccountForACoarseChain) {
@@ -263,7 +264,7 @@ TEST(ReadingErrors, KeepTheParametersOfAStemFilmedInMotion) {
 }
 
 // W C Wᵀ = 1 for the covariance C of such noise: checked with the columns of its Cholesky factor.
-TEST(Whitening, AppliesTheInverseRootOfTheCovariance) {
+TEST(ReadingWeights, ApplyTheInverseRootOfTheCovariance) {
     constexpr std::size_t frames = 14;
     constexpr std::size_t rows = 2;
     fit::NoiseModel model;
@@ -289,9 +290,10 @@ TEST(Whitening, AppliesTheInverseRootOfTheCovariance) {
     const Eigen::MatrixXd root = of_seen.llt().matrixL();
     Eigen::MatrixXd white = Eigen::MatrixXd::Zero(count, root.cols());
     white(seen, Eigen::all) = root;
-    const fit::Whitening whitening(std::make_shared<const fit::NoiseModel>(model), rows, is_seen);
+    const fit::ReadingWeights weights(std::vector<double>(rows, 1.0),
+                                      std::make_shared<const fit::NoiseModel>(model), is_seen);
     for (Eigen::Index k = 0; k < white.cols(); ++k)
-        whitening.apply({white.col(k).data(), frames * rows});
+        weights.apply({white.col(k).data(), frames * rows});
     const Eigen::MatrixXd rest = white(seen, Eigen::all);
     EXPECT_LT((rest * rest.transpose() - Eigen::MatrixXd::Identity(rest.rows(), rest.rows()))
                   .cwiseAbs()

@@ -29,25 +29,6 @@ Eigen::MatrixXd correlated_noise(Eigen::Index frames, Eigen::Index rows, double 
     return noise;
 }
 
-// Near the tip the reading of one lane may be missing: the solution drops that derivative alone,
-// and so does the covariance.
-TEST(WhitenedJacobian, KeepsTheDerivativesBesideAMissingOne) {
-    fit::RecordingFit fit;
-    fit.times = {0.0, 0.1};
-    fit.residuals = {1e-4, 2e-4};
-    fit.noise = {1e-4};
-    fit.prediction.frames = 2;
-    fit.prediction.rows = 1;
-    fit.prediction.parameters = 2;
-    fit.prediction.readings = {0.0, 0.0};
-    fit.prediction.jacobian = {std::nan(""), 3e-4, 5e-4, 7e-4};
-    const Eigen::MatrixXd jacobian = fit::whitened_jacobian(fit);
-    EXPECT_EQ(jacobian(0, 0), 0.0);
-    EXPECT_DOUBLE_EQ(jacobian(0, 1), 3.0);
-    EXPECT_DOUBLE_EQ(jacobian(1, 0), 5.0);
-    EXPECT_DOUBLE_EQ(jacobian(1, 1), 7.0);
-}
-
 TEST(EffectiveDegreesOfFreedom, EqualTheNumberOfReadingsForWhiteNoise) {
     double sum = 0.0;
     for (unsigned seed = 0; seed < 20; ++seed)

@@ -19,14 +19,13 @@ namespace {
 
 /// The published chain, as `culm calibrate` fits it, and its budget.
 struct FittedStem {
-    fit::RecordingFit fit; ///< with every input as stated
+    fit::RecordingFit fit;
     fit::UncertaintyBudget budget;
 };
 
 FittedStem fitted(const measure::Measurement& measurement) {
-    const fit::BaselineFit both = fit::fit_baseline({&measurement, 1});
-    const fit::RecordingFit& stated = both.stated.parts.front();
-    return {stated, fit::uncertainty_budget(stated, both.fit.parts.front(), measurement)};
+    const fit::Fit fit = fit::fit_baseline({&measurement, 1}).fit;
+    return {fit.parts.front(), fit::uncertainty_budget(fit, measurement)};
 }
 
 std::size_t place_of(const fit::RecordingFit& fit, const physics::ParameterId& id) {
@@ -70,9 +69,8 @@ TEST(UncertaintyBudget, FollowsDensityAndDiameterForADragCoefficient) {
         physics::parse_effect("quadratic_drag(drag_coefficient=1.5)", {}), measurement);
     measurement = read_with_noise(measurement, truth, 3);
     const diagnose::NestedFits fits = diagnose::fit_nested({&measurement, 1}, {drag});
-    const fit::RecordingFit& fit = fits.models.back().stated.parts.front();
-    const fit::UncertaintyBudget budget =
-        fit::uncertainty_budget(fit, fits.models.back().judged.parts.front(), measurement);
+    const fit::RecordingFit& fit = fits.models.back().parts.front();
+    const fit::UncertaintyBudget budget = fit::uncertainty_budget(fits.models.back(), measurement);
     const std::size_t place = place_of(fit, id("quadratic_drag.drag_coefficient"));
     for (const char* const input : {"density", "diameter"}) {
         const fit::BudgetInput line = line_of(budget, input);

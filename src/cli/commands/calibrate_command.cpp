@@ -145,7 +145,7 @@ json calibrated(const CalibrationPlan& plan, std::size_t index, const CalibrateA
         if (!arguments.output.empty())
             core::write_text(fs::path(arguments.output) / "predictions" /
                                  fmt::format("{:03}.csv", index + 1),
-                             present::deflections_csv(measurement, {{"predicted", &found.fit}}));
+                             present::deflections_csv(measurement, {{"predicted", &found.part()}}));
         return present::calibration_json(found, law);
     } catch (const core::InputError& error) {
         return refused(measurement.stem.id, error.what(), style, answer);

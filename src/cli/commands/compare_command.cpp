@@ -67,7 +67,7 @@ std::string deflections_csv(const measure::Measurement& measurement,
     for (const diagnose::LadderModel& model : ladder.models)
         if (!model.fit.failed())
             models.emplace_back(fmt::format("model {}", models.size() + 1),
-                                &model.stated.parts.front());
+                                &model.fit.parts.front());
     return present::deflections_csv(measurement, models);
 }
 

@@ -5,6 +5,7 @@
 #include "core/lanes.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
 #include "fit/model/superposition.hpp"
+#include "fit/solve/error_solution.hpp"
 #include "fit/start/starts.hpp"
 #include "run/case_model.hpp"
 
@@ -26,12 +27,10 @@ constexpr std::size_t most_secants = 3;
 
 class ColumnsOfEffect {
   public:
-    ColumnsOfEffect(const fit::Fit& base, const StackedReadings& stacked,
-                    const physics::SelectedEffect& effect,
+    ColumnsOfEffect(const fit::Fit& base, const physics::SelectedEffect& effect,
                     std::span<const fit::ObservedRecording> recordings,
                     const fit::FitOptions& options)
-        : base_(base), stacked_(stacked), effect_(effect), recordings_(recordings),
-          options_(options) {
+        : base_(base), effect_(effect), recordings_(recordings), options_(options) {
         for (std::size_t m = 0; m < recordings.size(); ++m)
             models_.push_back(candidate_model(base.parts[m].model, {effect}, recordings[m]));
         // The recording in which the effect acts.
@@ -49,9 +48,10 @@ class ColumnsOfEffect {
         EffectColumns out;
         if (own_.empty()) {
             EffectNode node;
-            node.columns.push_back({difference(read({models_}).front(), stacked_.predicted)});
+            node.columns.push_back({difference(read({models_}).front(), base_.system.predicted)});
             node.columns.back().is_certain = true;
             out.nodes.push_back(std::move(node));
+            out.batches = batches_;
             return out;
         }
         const std::vector<fit::StemModel> absent =
@@ -69,6 +69,7 @@ class ColumnsOfEffect {
         for (Group& group : groups)
             if (!group.readings.empty())
                 out.nodes.push_back(finished(std::move(group)));
+        out.batches = batches_;
         if (out.nodes.empty())
             out.failure = failure_.empty() ? "no run shows what it does" : failure_;
         return out;
@@ -109,9 +110,8 @@ class ColumnsOfEffect {
         std::vector<Eigen::VectorXd> readings; ///< (runs); empty: could not be computed
     };
 
-    [[nodiscard]] std::vector<Eigen::VectorXd>
-    read(const std::vector<fit::StartModels>& runs) const {
-        return readings_together(runs, stacked_, base_, options_.heartbeat);
+    [[nodiscard]] std::vector<Eigen::VectorXd> read(const std::vector<fit::StartModels>& runs) {
+        return fit::readings_together(runs, base_, recordings_, options_.heartbeat, batches_);
     }
 
     /// Fills the lanes with groups; if one group fails, each of them is computed separately.
@@ -186,7 +186,7 @@ class ColumnsOfEffect {
                 continue;
             const ParameterPrior prior = prior_of(own_[k], group.runs.front()[first_]);
             const double size =
-                (to_coordinate(own_[k].fitted_as, group.node.values[k]) - prior.absent) /
+                (fit::to_coordinate(own_[k].fitted_as, group.node.values[k]) - prior.absent) /
                 prior.deviation;
             if (std::abs(size) <= std::abs(group.secant))
                 continue;
@@ -203,7 +203,7 @@ class ColumnsOfEffect {
         EffectNode node = std::move(group.node);
         const Eigen::VectorXd& here = group.readings.front();
         if (group.secant != 0.0) {
-            EffectColumn column{difference(here, stacked_.predicted, 1.0 / group.secant)};
+            EffectColumn column{difference(here, base_.system.predicted, 1.0 / group.secant)};
             column.parameter = group.sizes.front();
             column.is_one_sided = group.priors.front().is_one_sided;
             column.secant = group.secant;
@@ -211,7 +211,7 @@ class ColumnsOfEffect {
             return node;
         }
         if (std::abs(node.modulus_ratio - 1.0) > least_offset) {
-            EffectColumn column{difference(here, stacked_.predicted)};
+            EffectColumn column{difference(here, base_.system.predicted)};
             column.is_one_sided = true;
             node.columns.push_back(std::move(column));
         }
@@ -250,14 +250,14 @@ class ColumnsOfEffect {
             }))
             return model;
         const double value = parameter.access.get(model.spec);
-        parameter.access.set(model.spec,
-                             from_coordinate(parameter.fitted_as,
-                                             to_coordinate(parameter.fitted_as, value) + change));
+        parameter.access.set(
+            model.spec,
+            fit::from_coordinate(parameter.fitted_as,
+                                 fit::to_coordinate(parameter.fitted_as, value) + change));
         return model;
     }
 
     const fit::Fit& base_;
-    const StackedReadings& stacked_;
     const physics::SelectedEffect& effect_;
     std::span<const fit::ObservedRecording> recordings_;
     const fit::FitOptions& options_;
@@ -266,6 +266,7 @@ class ColumnsOfEffect {
     std::size_t first_ = 0;
     std::vector<fit::FreeParameter> own_;
     std::string failure_;
+    int batches_ = 0;
 };
 
 } // namespace
@@ -290,13 +291,12 @@ Eigen::MatrixXd column_matrix(std::span<const CandidateView> candidates, Eigen::
     return readings;
 }
 
-EffectColumns effect_columns(const fit::Fit& base, const StackedReadings& stacked,
-                             const physics::SelectedEffect& effect,
+EffectColumns effect_columns(const fit::Fit& base, const physics::SelectedEffect& effect,
                              std::span<const fit::ObservedRecording> recordings,
                              const fit::FitOptions& options) {
     EffectColumns failed;
     try {
-        return ColumnsOfEffect(base, stacked, effect, recordings, options).compute();
+        return ColumnsOfEffect(base, effect, recordings, options).compute();
     } catch (const core::InputError& error) {
         failed.failure = error.what();
     } catch (const core::NumericalError& error) {

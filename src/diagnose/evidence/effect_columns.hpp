@@ -2,7 +2,6 @@
 // How the readings of a fitted model change when an effect is added to it.
 #pragma once
 
-#include "diagnose/evidence/stacked_readings.hpp"
 #include "fit/fit_model.hpp"
 
 #include <limits>
@@ -12,9 +11,9 @@
 
 namespace culm::diagnose {
 
-/// Change of the stacked readings by a size of the prior's standard deviation.
+/// Change of the readings by a size of the prior's standard deviation.
 struct EffectColumn {
-    std::vector<double> readings; ///< (rows of StackedReadings)
+    std::vector<double> readings; ///< (rows of the fit's system)
     /// Index of the effect's free parameter that is the size; none if only the location changes the
     /// readings, or if the effect has no free parameter.
     std::size_t parameter = std::numeric_limits<std::size_t>::max();
@@ -45,6 +44,7 @@ void fields(Wire& wire, EffectNode& node) {
 struct EffectColumns {
     std::string failure; ///< why there are no columns; empty if there are some
     std::vector<EffectNode> nodes;
+    int batches = 0; ///< of lanes that were run
 
     /// Of all nodes together.
     [[nodiscard]] Eigen::Index column_count() const;
@@ -52,7 +52,7 @@ struct EffectColumns {
 
 template <class Wire>
 void fields(Wire& wire, EffectColumns& columns) {
-    wire(columns.failure, columns.nodes);
+    wire(columns.failure, columns.nodes, columns.batches);
 }
 
 /// A candidate effect, linearised about the best model.
@@ -67,8 +67,8 @@ struct CandidateView {
 
 /// Columns at every point of the effect's grid: derivatives by its sizes where it is absent. If
 /// first derivatives may be weak (a soft clamp, an elliptic section, a slow release), also
-/// secants to its usual sizes with the first mode kept. `stacked`: stacked_readings(base).
-[[nodiscard]] EffectColumns effect_columns(const fit::Fit& base, const StackedReadings& stacked,
+/// secants to its usual sizes with the first mode kept.
+[[nodiscard]] EffectColumns effect_columns(const fit::Fit& base,
                                            const physics::SelectedEffect& effect,
                                            std::span<const fit::ObservedRecording> recordings,
                                            const fit::FitOptions& options);

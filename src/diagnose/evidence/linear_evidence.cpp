@@ -31,13 +31,14 @@ struct LinearEvidence::Sum {
     PredictedGain likeliest{-std::numeric_limits<double>::infinity(), {}, {}, {}};
 };
 
-LinearEvidence::LinearEvidence(const StackedReadings& stacked,
+LinearEvidence::LinearEvidence(const fit::WeightedSystem& system,
                                const std::vector<CandidateView>& candidates)
-    : own_(std::in_place, stacked.jacobian),
-      raw_(column_matrix(candidates, stacked.residual.size())) {
+    : own_(std::in_place, system.jacobian),
+      fitted_(std::in_place, system.jacobian.leftCols(system.fitted)),
+      raw_(column_matrix(candidates, system.residual.size())) {
     const Eigen::MatrixXd remainder = own_->remainder(raw_);
     gram_ = remainder.transpose() * remainder;
-    overlap_ = remainder.transpose() * own_->remainder(stacked.residual);
+    overlap_ = remainder.transpose() * own_->remainder(system.residual);
     for (const CandidateView& each : candidates)
         add_nodes(each.columns);
 }
@@ -207,7 +208,7 @@ Eigen::VectorXd LinearEvidence::own_change(std::span<const std::size_t> candidat
         for (const Eigen::Index each : node.sizes)
             change -= gain.amounts[e][k++] * raw_.col(each);
     }
-    return own_->coefficients(change);
+    return fitted_->coefficients(change);
 }
 
 } // namespace culm::diagnose

@@ -4,6 +4,7 @@
 
 #include "diagnose/evidence/effect_columns.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
+#include "fit/linear/scaled_solve.hpp"
 
 #include <map>
 #include <optional>
@@ -27,7 +28,7 @@ struct PredictedGain {
 class LinearEvidence {
   public:
     /// `candidates` may include failed ones.
-    LinearEvidence(const StackedReadings& stacked, const std::vector<CandidateView>& candidates);
+    LinearEvidence(const fit::WeightedSystem& system, const std::vector<CandidateView>& candidates);
 
     /// From SᵀS and Sᵀr, summed over stems; the columns of `candidates` need no readings.
     /// own_change() is not available.
@@ -38,7 +39,7 @@ class LinearEvidence {
     /// are excluded. Two points of one grid together represent the points between them.
     [[nodiscard]] PredictedGain gain(std::span<const std::size_t> candidates) const;
 
-    /// Change of the model's own parameters that accompanies the columns' amounts.
+    /// Change of the fitted numbers that accompanies the columns' amounts, with exact inputs.
     [[nodiscard]] Eigen::VectorXd own_change(std::span<const std::size_t> candidates,
                                              const PredictedGain& gain) const;
 
@@ -70,7 +71,8 @@ class LinearEvidence {
         return columns_[static_cast<std::size_t>(k)];
     }
 
-    std::optional<Projector> own_;
+    std::optional<fit::Projector> own_;    ///< with all error terms
+    std::optional<fit::Projector> fitted_; ///< of the fitted numbers alone
     std::vector<std::vector<Node>> nodes_; ///< (candidates)
     std::vector<Column> columns_;
     Eigen::MatrixXd raw_;     ///< (rows, columns)

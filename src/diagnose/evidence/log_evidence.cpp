@@ -1,24 +1,25 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/evidence/log_evidence.hpp"
 
-#include "diagnose/evidence/stacked_readings.hpp"
 #include "diagnose/policy.hpp"
-#include "fit/solve/layout.hpp"
+#include "fit/linear/layout.hpp"
+#include "fit/linear/scaled_solve.hpp"
 #include "fit/start/starts.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/LU>
 
 namespace culm::diagnose {
 namespace {
 
+using fit::to_coordinate;
 using physics::FittedAs;
 
 /// Standard deviation of a size over the default of its card: the default is the size in a careful
@@ -52,89 +53,70 @@ double usual_size(const physics::EffectParameter& card, const fit::StemModel& mo
     return largest;
 }
 
-/// Adds the priors of the effects' parameters; returns their columns in coordinate units.
-Eigen::MatrixXd add_priors(const StackedReadings& stacked, const fit::JointLayout& layout,
-                           const fit::StartModels& models, const fit::SelectedEffects& known,
-                           std::vector<Eigen::Index>& others, ModelEvidence& out) {
+/// Columns of the parameters of effects whose presence is judged, of the other numbers, and of the
+/// error terms that belong to the model.
+struct Columns {
     std::vector<Eigen::Index> own;
-    std::vector<double> slopes;
-    for (std::size_t k = 0; k < layout.ids.size(); ++k) {
-        const fit::JointLayout::Owner& owner = layout.owners[k];
-        const fit::StemModel& model = models[owner.model];
+    std::vector<Eigen::Index> others;
+    std::vector<Eigen::Index> of_model; ///< among the others
+};
+
+/// Adds the priors of the effects' parameters.
+Columns add_priors(const fit::Fit& fit, const fit::JointLayout& layout,
+                   const fit::SelectedEffects& known, ModelEvidence& out) {
+    Columns columns;
+    for (std::size_t k = 0; k < fit.system.ids.size(); ++k) {
+        const auto place = static_cast<Eigen::Index>(k);
+        const physics::ParameterId& id = fit.system.ids[k];
         const bool is_known = std::ranges::any_of(
-            known, [&](const auto& each) { return each.effect->name() == layout.ids[k].effect; });
-        if (owner.parameter >= model.parameters.size() || !layout.ids[k].is_of_effect() ||
-            is_known) {
-            others.push_back(static_cast<Eigen::Index>(k));
+            known, [&](const auto& each) { return each.effect->name() == id.effect; });
+        if (fit.system.errors[k] == fit::ErrorKind::SecondMode)
+            columns.of_model.push_back(place);
+        if (fit.system.errors[k] || !id.is_of_effect() || is_known) {
+            columns.others.push_back(place);
             continue;
         }
-        const fit::FreeParameter& parameter = model.parameters[owner.parameter];
-        const ParameterPrior prior = prior_of(parameter, model);
-        const double value = model.value(owner.parameter);
-        out.log_prior += prior.log_density(to_coordinate(parameter.fitted_as, value));
+        columns.own.push_back(place);
+        const auto [m, parameter] = layout.owners[k];
+        const fit::StemModel& model = fit.parts[m].model;
+        const ParameterPrior prior = prior_of(model.parameters[parameter], model);
+        out.log_prior += prior.log_density(
+            to_coordinate(fit.parameters[k].fitted_as, fit.parameters[k].value_with_errors));
         out.prior_precision.push_back(prior.precision());
-        own.push_back(static_cast<Eigen::Index>(k));
-        slopes.push_back(coordinate_slope(parameter.fitted_as, value));
     }
-    Eigen::MatrixXd columns = stacked.jacobian(Eigen::all, own);
-    for (std::size_t k = 0; k < slopes.size(); ++k)
-        columns.col(static_cast<Eigen::Index>(k)) /= slopes[k];
     return columns;
 }
 
-/// Adds MᵀM of the error terms that belong to the model, without what the `others` imitate.
-void add_model_terms(const StackedReadings& stacked, const fit::JointLayout& layout,
-                     const fit::StartModels& models, const std::vector<Eigen::Index>& others,
+/// Adds MᵀM of the error terms that belong to the model, without what the other numbers imitate.
+void add_model_terms(const fit::WeightedSystem& system, const Columns& columns,
                      ModelEvidence& out) {
-    std::vector<Eigen::Index> terms;
-    std::vector<Eigen::Index> rest;
-    for (const Eigen::Index each : others) {
-        const fit::JointLayout::Owner& owner = layout.owners[static_cast<std::size_t>(each)];
-        const fit::StemModel& model = models[owner.model];
-        const bool is_term = model.is_error(owner.parameter) &&
-                             model.errors->terms[owner.parameter - model.first_error()].is_of_model;
-        (is_term ? terms : rest).push_back(each);
-    }
-    if (terms.empty())
+    if (columns.of_model.empty())
         return;
-    Eigen::MatrixXd columns = stacked.jacobian(Eigen::all, terms);
-    columns.bottomRows(stacked.constraints).setZero();
-    const Eigen::MatrixXd left = Projector(stacked.jacobian(Eigen::all, rest)).remainder(columns);
+    std::vector<Eigen::Index> rest;
+    std::ranges::set_difference(columns.others, columns.of_model, std::back_inserter(rest));
+    Eigen::MatrixXd terms = system.jacobian(Eigen::all, columns.of_model);
+    terms.bottomRows(system.constraints).setZero();
+    const Eigen::MatrixXd left = fit::Projector(system.jacobian(Eigen::all, rest)).remainder(terms);
     const Eigen::MatrixXd square = left.transpose() * left;
     out.model_terms.assign(square.data(), square.data() + square.size());
 }
 
 /// Is a parameter at the bound where its effect is absent?
 bool is_at_absence(const fit::FittedParameter& parameter) {
-    if (!parameter.is_at_bound)
+    constexpr double nearness = 1e-6; // of the range
+    const double value = parameter.value_with_errors;
+    const double range = parameter.upper - parameter.lower;
+    if (std::min(value - parameter.lower, parameter.upper - value) > nearness * range)
         return false;
     const double absent = parameter.fitted_as == physics::FittedAs::Inverse
                               ? parameter.upper
                               : std::clamp(parameter.absent, parameter.lower, parameter.upper);
     const double far =
         absent - parameter.lower > parameter.upper - absent ? parameter.lower : parameter.upper;
-    return std::abs(parameter.value - absent) < std::abs(parameter.value - far);
+    return std::abs(value - absent) < std::abs(value - far);
 }
 
 } // namespace
-
-double to_coordinate(FittedAs fitted_as, double value) {
-    return fitted_as == FittedAs::Logarithm ? std::log(value)
-           : fitted_as == FittedAs::Inverse ? 1.0 / value
-                                            : value;
-}
-
-double from_coordinate(FittedAs fitted_as, double coordinate) {
-    return fitted_as == FittedAs::Logarithm ? std::exp(coordinate)
-           : fitted_as == FittedAs::Inverse ? 1.0 / coordinate
-                                            : coordinate;
-}
-
-double coordinate_slope(FittedAs fitted_as, double value) {
-    return fitted_as == FittedAs::Logarithm ? 1.0 / value
-           : fitted_as == FittedAs::Inverse ? -1.0 / (value * value)
-                                            : 1.0;
-}
 
 double ParameterPrior::log_density(double coordinate) const {
     if (is_place)
@@ -233,31 +215,23 @@ bool is_at_noise(const fit::Fit& fit) {
 ModelEvidence evidence_of(const fit::Fit& fit, std::span<const fit::ObservedRecording> recordings,
                           const fit::SelectedEffects& known) {
     ModelEvidence out;
-    const StackedReadings stacked = stacked_readings(fit, recordings);
-    Eigen::Index row = 0;
-    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
-        const auto rows = static_cast<Eigen::Index>(fit.parts[m].residuals.size());
-        const fit::RecordingMisfit& misfit = fit.misfits[m];
-        out.misfits.push_back(misfit.is_noise_known
-                                  ? stacked.residual.segment(row, rows).squaredNorm()
-                                  : misfit.rmse * misfit.rmse *
-                                        static_cast<double>(misfit.readings));
-        row += rows;
-    }
-    out.squared_pulls = stacked.residual.tail(stacked.constraints).squaredNorm();
+    for (const fit::RecordingMisfit& misfit : fit.misfits)
+        out.misfits.push_back(misfit.is_noise_known ? misfit.chi_squared
+                                                    : misfit.rmse * misfit.rmse *
+                                                          static_cast<double>(misfit.readings));
+    for (const fit::Pull& pull : fit.pulls)
+        out.squared_pulls += pull.value * pull.value;
     for (const physics::SelectedEffect& effect : fit.effects)
         out.effects += fit::contains(known, effect) ? 0 : 1;
-    const fit::StartModels models = fit::start_from(fit);
-    const fit::JointLayout layout = fit::joint_layout(models, recordings);
-    std::vector<Eigen::Index> others;
-    const Eigen::MatrixXd own = add_priors(stacked, layout, models, known, others, out);
-    add_model_terms(stacked, layout, models, others, out);
+    const Columns columns =
+        add_priors(fit, fit::joint_layout(fit::start_from(fit), recordings), known, out);
+    add_model_terms(fit.system, columns, out);
     if (out.effects == 0)
         return out;
     out.absent_effects = absent_effects(fit, known);
-    out.numbers = static_cast<std::size_t>(own.cols());
-    const Projector nuisance(stacked.jacobian(Eigen::all, others));
-    const Eigen::MatrixXd left = nuisance.remainder(own);
+    out.numbers = columns.own.size();
+    const fit::Projector nuisance(fit.system.jacobian(Eigen::all, columns.others));
+    const Eigen::MatrixXd left = nuisance.remainder(fit.system.jacobian(Eigen::all, columns.own));
     const Eigen::MatrixXd information = left.transpose() * left;
     out.information.assign(information.data(), information.data() + information.size());
     return out;
@@ -278,17 +252,8 @@ double log_evidence(const ModelEvidence& evidence, const NoiseScale& noise) {
         Eigen::MatrixXd hessian =
             Eigen::Map<const Eigen::MatrixXd>(evidence.information.data(), d, d) /
             noise.mean_known();
-        // Scaled to a unit diagonal, because the coordinates' units differ by orders of magnitude.
-        Eigen::VectorXd size(d);
-        for (Eigen::Index k = 0; k < d; ++k) {
-            hessian(k, k) += evidence.prior_precision[static_cast<std::size_t>(k)];
-            size(k) = std::sqrt(hessian(k, k));
-            log_volume -= std::log(size(k));
-        }
-        hessian = size.cwiseInverse().asDiagonal() * hessian * size.cwiseInverse().asDiagonal();
-        const Eigen::LDLT<Eigen::MatrixXd> factors(hessian);
-        for (Eigen::Index k = 0; k < d; ++k)
-            log_volume -= 0.5 * std::log(std::max(factors.vectorD()(k), 1e-12));
+        hessian.diagonal() += Eigen::Map<const Eigen::VectorXd>(evidence.prior_precision.data(), d);
+        log_volume -= 0.5 * fit::ScaledSpectrum(hessian).log_determinant();
         log_volume += 0.5 * static_cast<double>(d) * std::log(2.0 * std::numbers::pi);
     }
     if (const auto k = static_cast<Eigen::Index>(std::sqrt(evidence.model_terms.size())); k > 0) {

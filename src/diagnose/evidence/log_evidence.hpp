@@ -32,11 +32,6 @@ struct ParameterPrior {
 [[nodiscard]] ParameterPrior prior_of(const fit::FreeParameter& parameter,
                                       const fit::StemModel& model);
 
-[[nodiscard]] double to_coordinate(physics::FittedAs fitted_as, double value);
-[[nodiscard]] double from_coordinate(physics::FittedAs fitted_as, double coordinate);
-/// d coordinate/d value.
-[[nodiscard]] double coordinate_slope(physics::FittedAs fitted_as, double value);
-
 /// The quantities of a fitted model that log_evidence() needs, independent of the noise.
 struct ModelEvidence {
     std::vector<double> misfits; ///< (recordings) χ²; m² where the noise is not known

@@ -2,8 +2,9 @@
 #include "diagnose/experiment/next_experiment.hpp"
 
 #include "core/error.hpp"
+#include "fit/fit_numbers.hpp"
+#include "fit/linear/scaled_solve.hpp"
 #include "fit/model/reading_noise.hpp"
-#include "fit/solve/residual_statistics.hpp"
 #include "physics/effects/stem_scales.hpp"
 
 #include <algorithm>
@@ -13,8 +14,6 @@
 #include <memory>
 #include <utility>
 
-#include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <fmt/core.h>
 
 namespace culm::diagnose {
@@ -114,42 +113,23 @@ std::vector<double> frames_of(const fit::RecordingFit& fit, const Change& change
     return times;
 }
 
-/// 1/√ of the diagonal; 0 for what has no information.
-Eigen::VectorXd scale_of(const Eigen::MatrixXd& information) {
-    Eigen::VectorXd scale = information.diagonal().cwiseSqrt();
-    for (double& entry : scale)
-        entry = entry > 0.0 ? 1.0 / entry : 0.0;
-    return scale;
-}
-
 /// Information of this recording about all parameters except those of the release, which are new in
-/// each recording, and the errors of the readings. These are eliminated by the Schur complement.
+/// each recording, and the errors of the readings. These are eliminated.
 /// Shape: (parameters without the errors) twice.
-Eigen::MatrixXd information_without_release(const fit::RecordingFit& fit) {
-    const Eigen::MatrixXd jacobian = whitened_jacobian(fit);
-    Eigen::MatrixXd sum = jacobian.transpose() * jacobian;
+Eigen::MatrixXd information_without_release(const fit::Fit& fit) {
+    const fit::WeightedSystem& system = fit.system;
     std::vector<Eigen::Index> kept;
     std::vector<Eigen::Index> others;
-    const std::vector<physics::ParameterId> ids = fit.model.free_ids();
-    for (std::size_t k = 0; k < ids.size(); ++k) {
-        const auto place = static_cast<Eigen::Index>(k);
-        if (fit.model.is_error(k))
-            sum(place, place) += 1.0; // its constraint
+    for (std::size_t k = 0; k < system.ids.size(); ++k) {
         const bool is_release =
-            ids[k] == physics::tip_deflection || ids[k] == physics::release_time;
-        (is_release || fit.model.is_error(k) ? others : kept).push_back(place);
+            system.ids[k] == physics::tip_deflection || system.ids[k] == physics::release_time;
+        (is_release || system.errors[k] ? others : kept).push_back(static_cast<Eigen::Index>(k));
     }
-    // Scaled to a unit diagonal, because the parameters' units differ by orders of magnitude.
-    const Eigen::VectorXd scale = scale_of(sum);
-    sum = scale.asDiagonal() * sum * scale.asDiagonal();
-    const Eigen::MatrixXd cross = sum(kept, others);
-    const Eigen::MatrixXd left =
-        sum(kept, kept) -
-        cross * sum(others, others).completeOrthogonalDecomposition().solve(cross.transpose());
-    const auto size = static_cast<Eigen::Index>(fit.model.first_error());
-    const Eigen::VectorXd unit = scale(kept).cwiseInverse();
+    const Eigen::MatrixXd left = fit::Projector(system.jacobian(Eigen::all, others))
+                                     .remainder(system.jacobian(Eigen::all, kept));
+    const auto size = static_cast<Eigen::Index>(fit.parts.front().model.first_error());
     Eigen::MatrixXd out = Eigen::MatrixXd::Zero(size, size);
-    out(kept, kept) = unit.asDiagonal() * left * unit.asDiagonal();
+    out(kept, kept) = left.transpose() * left;
     return out;
 }
 
@@ -177,26 +157,29 @@ NextNoise next_noise(const fit::RecordingFit& fit, double rate) {
 }
 
 /// The rival's fit; the parameters other than those of an assumed effect are fitted again.
-fit::RecordingFit restored(const Rival& rival, std::span<const fit::ObservedRecording> alone,
-                           const fit::FitOptions& options) {
-    fit::RecordingFit fit = std::move(fit::restored(rival.fit, alone, options).parts.front());
+fit::Fit fit_of(const Rival& rival, std::span<const fit::ObservedRecording> alone,
+                const fit::FitOptions& options) {
+    fit::Fit fit = fit::rerun(rival.fit, alone, options);
     if (rival.assumed.empty())
         return fit;
+    const fit::StemModel& model = fit.parts.front().model;
     std::vector<bool> is_held;
-    for (const physics::ParameterId& id : fit.model.free_ids())
+    for (const physics::ParameterId& id : model.free_ids())
         is_held.push_back(id.effect == rival.assumed);
-    return fit::fit_chain_with_held(fit.model, alone.front(), is_held, options.solve());
+    return fit::fit_with_held(model, alone.front(), is_held, options);
 }
 
 /// The smallest squared distance, over the noise, between the prediction of `truth` and that of
 /// `other` for any of its parameters.
-double gap(const fit::RecordingFit& truth, const fit::RecordingFit& other, const Change& change,
+double gap(const fit::Fit& first_fit, const fit::Fit& second_fit, const Change& change,
            const run::Heartbeat& heartbeat) {
+    const fit::RecordingFit& truth = first_fit.parts.front();
+    const fit::RecordingFit& other = second_fit.parts.front();
     const std::vector<double> times = frames_of(truth, change);
     fit::StemModel first = truth.model;
     fit::StemModel second = other.model;
     for (fit::StemModel* model : {&first, &second}) {
-        model->spec = fit::case_beside_errors(*model);
+        model->spec = fit::computed_case(*model);
         model->errors.reset(); // the next recording has its own
         model->error_values.clear();
         change.apply(model->spec);
@@ -209,31 +192,28 @@ double gap(const fit::RecordingFit& truth, const fit::RecordingFit& other, const
     const auto count = static_cast<Eigen::Index>(offered.parameters);
     Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(rows, count + 1); // the last is the distance
     for (std::size_t k = 0; k < wanted.readings.size(); ++k) {
-        const double noise = truth.noise[k % wanted.rows];
-        const double distance = (wanted.readings[k] - offered.readings[k]) / noise;
+        const double distance = wanted.readings[k] - offered.readings[k];
         const Eigen::Map<const Eigen::VectorXd> slope(
             offered.jacobian.data() + k * offered.parameters, count);
         if (!std::isfinite(distance) || !slope.allFinite())
             continue;
         const auto at = static_cast<Eigen::Index>(k);
-        columns.row(at).head(count) = slope.transpose() / noise;
+        columns.row(at).head(count) = slope.transpose();
         columns(at, count) = distance;
     }
     const NextNoise next = next_noise(truth, change.rate);
-    const fit::Whitening whitening(next.model, wanted.rows,
-                                   std::vector<bool>(wanted.readings.size(), true));
+    const fit::ReadingWeights weights(truth.noise, next.model,
+                                      std::vector<bool>(wanted.readings.size(), true));
     for (Eigen::Index c = 0; c <= count; ++c)
-        whitening.apply({columns.col(c).data(), wanted.readings.size()});
+        weights.apply({columns.col(c).data(), wanted.readings.size()});
     const Eigen::MatrixXd sums = next.information * columns.transpose() * columns;
     // Least squares of the other model to the first one's prediction, with this recording as prior
     // information: min over θ of |d − J θ|² + θᵀ I θ = |d|² − gᵀ (JᵀJ + I)⁻¹ g, g = Jᵀ d.
     const Eigen::MatrixXd normal =
-        information_without_release(other) + sums.topLeftCorner(count, count);
-    const Eigen::VectorXd size = scale_of(normal);
-    const Eigen::MatrixXd scaled = size.asDiagonal() * normal * size.asDiagonal();
-    const Eigen::VectorXd right = size.cwiseProduct(sums.col(count).head(count));
-    const Eigen::VectorXd step = scaled.completeOrthogonalDecomposition().solve(right);
-    return std::max(0.0, sums(count, count) - right.dot(step));
+        information_without_release(second_fit) + sums.topLeftCorner(count, count);
+    const Eigen::VectorXd right = sums.col(count).head(count);
+    return std::max(0.0, sums(count, count) -
+                             right.dot(fit::ScaledSpectrum(normal).solve(right).col(0)));
 }
 
 } // namespace
@@ -242,9 +222,8 @@ std::vector<Experiment> next_experiments(const std::pair<Rival, Rival>& pair,
                                          std::span<const fit::ObservedRecording> recordings,
                                          const fit::FitOptions& options, const core::ItemMap& map) {
     const std::span<const fit::ObservedRecording> alone = recordings.first(1);
-    const std::array sides{restored(pair.first, alone, options),
-                           restored(pair.second, alone, options)};
-    const std::vector<Change> changes = changes_for(pair, sides.front().model.spec);
+    const std::array sides{fit_of(pair.first, alone, options), fit_of(pair.second, alone, options)};
+    const std::vector<Change> changes = changes_for(pair, sides.front().parts.front().model.spec);
     const auto work = [&](std::size_t item,
                           const run::Heartbeat& heartbeat) -> std::optional<double> {
         try {

@@ -2,7 +2,6 @@
 #include "diagnose/laboratory/laboratory.hpp"
 
 #include "core/order_statistics.hpp"
-#include "fit/solve/reading_errors.hpp"
 #include "reduce/distributions.hpp"
 #include "reduce/population_statistics.hpp"
 
@@ -242,10 +241,11 @@ class LaboratoryAnswer {
             const SharedPrior& prior =
                 search_.priors.at(shared.names[static_cast<std::size_t>(at)]);
             const double one =
-                from_coordinate(each.fitted_as, std::max(shared.at(at) - half, prior.lower));
+                fit::from_coordinate(each.fitted_as, std::max(shared.at(at) - half, prior.lower));
             const double other =
-                from_coordinate(each.fitted_as, std::min(shared.at(at) + half, prior.upper));
-            values.push_back({each.name, each.unit, from_coordinate(each.fitted_as, shared.at(at)),
+                fit::from_coordinate(each.fitted_as, std::min(shared.at(at) + half, prior.upper));
+            values.push_back({each.name, each.unit,
+                              fit::from_coordinate(each.fitted_as, shared.at(at)),
                               std::min(one, other), std::max(one, other)});
         }
         return values;
@@ -272,9 +272,9 @@ class LaboratoryAnswer {
                 }
             const auto value = [&](double information_in_all) {
                 const double deviation = 3.0 / std::sqrt(information_in_all);
-                return from_coordinate(size.card.fitted_as,
-                                       size.prior.absent +
-                                           std::copysign(deviation, size.prior.deviation));
+                return fit::from_coordinate(size.card.fitted_as,
+                                            size.prior.absent +
+                                                std::copysign(deviation, size.prior.deviation));
             };
             for (const auto& [rig, stems] : information)
                 out_.limits.push_back({options_.candidates[c].effect->name(), rig, size.card.name,
@@ -319,7 +319,7 @@ class LaboratoryAnswer {
     // --- Stems
 
     void add_stems() {
-        options_.report("fitting all stems with every input as stated");
+        options_.report("testing all stems");
         const Eigen::MatrixXd covariance = answered().shared.covariance();
         std::vector<double> costs(specimens_.size(), 1.0);
         std::vector<StemAnswer> answers =
@@ -350,24 +350,16 @@ class LaboratoryAnswer {
         out.failure = stem.failure;
         if (!out.failure.empty())
             return out;
-        const std::vector<fit::ObservedRecording> exact =
-            fit::with_inputs_as_stated(stem.recordings);
-        const fit::Fit chain = fit::restored(stem.stated_chain, exact, options);
-        const fit::Fit judged = fit::restored(answered().stems[s].fit, stem.recordings, options);
-        out.before = numbers_of_stem(chain);
-        out.over_noise_before = over_noise(chain);
-        fit::Fit stated = judged.effects.empty()
-                              ? chain
-                              : fit::as_stated(judged, chain, stem.recordings, options);
-        if (stated.failed())
-            stated = judged;
-        out.after = numbers_of_stem(stated);
-        out.over_noise = over_noise(judged);
-        const SetVerdict verdict = verdict_on(judged, stem.recordings, options_.policy);
-        out.finding = has_structure(judged, stem.recordings, options_.policy) ? verdict.finding
-                                                                              : Finding::Adequate;
+        const fit::Fit fit = fit::rerun(answered().stems[s].fit, stem.recordings, options);
+        out.before = numbers_of_stem(stem.chain);
+        out.over_noise_before = over_noise(stem.chain);
+        out.after = numbers_of_stem(fit);
+        out.over_noise = over_noise(fit);
+        const SetVerdict verdict = verdict_on(fit, stem.recordings, options_.policy);
+        out.finding = has_structure(fit, stem.recordings, options_.policy) ? verdict.finding
+                                                                           : Finding::Adequate;
         out.tests = verdict.reason;
-        for (const fit::FittedParameter& each : stated.parameters)
+        for (const fit::FittedParameter& each : fit.parameters)
             if (each.id.is_of_effect())
                 out.own_values.push_back(each);
         return out;

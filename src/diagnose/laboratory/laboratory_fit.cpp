@@ -172,8 +172,9 @@ bool LaboratoryFit::take_fit(StemFit found, std::size_t stem, bool has_new_own,
 double LaboratoryFit::step_size(const LaboratoryModel& model) const {
     double largest = 0.0;
     for (const auto& [effect, k, card, at] : shared_parameters(model)) {
-        const double change = model.shared.at(at) -
-                              to_coordinate(card.fitted_as, model.rig_effects[effect].values[k]);
+        const double change =
+            model.shared.at(at) -
+            fit::to_coordinate(card.fitted_as, model.rig_effects[effect].values[k]);
         largest = std::max(largest, change * change * model.shared.hessian(at, at));
     }
     return largest;
@@ -201,9 +202,9 @@ std::vector<Eigen::VectorXd> LaboratoryFit::take_step(LaboratoryModel& model, do
     }
     for (const auto& [effect, k, card, at] : shared_parameters(model)) {
         double& now = model.rig_effects[effect].values[k];
-        const double from = to_coordinate(card.fitted_as, now);
+        const double from = fit::to_coordinate(card.fitted_as, now);
         const double value =
-            from_coordinate(card.fitted_as, from + part * (model.shared.at(at) - from));
+            fit::from_coordinate(card.fitted_as, from + part * (model.shared.at(at) - from));
         now = std::isfinite(value) ? value : card.upper; // a stiffness without compliance
     }
     return changes;
@@ -226,7 +227,7 @@ double LaboratoryFit::value_of(LaboratoryModel model) const {
     for (const auto& [effect, k, card, at] : shared_parameters(model)) {
         SharedPrior& prior = held.at(model.shared.names[static_cast<std::size_t>(at)]);
         prior.lower = prior.upper =
-            to_coordinate(card.fitted_as, model.rig_effects[effect].values[k]);
+            fit::to_coordinate(card.fitted_as, model.rig_effects[effect].values[k]);
     }
     model.shared = minimum_in(model, held);
     return log_likelihood(model);
@@ -338,8 +339,8 @@ void LaboratoryFit::add_prior(const RigEffect& effect, std::size_t k, const std:
         const fit::FreeParameter parameter =
             fit::effect_parameter(*effect.effect.effect, model.spec.stem, k);
         const auto [lower, upper] =
-            std::minmax({to_coordinate(parameter.fitted_as, parameter.lower),
-                         to_coordinate(parameter.fitted_as, parameter.upper)});
+            std::minmax({fit::to_coordinate(parameter.fitted_as, parameter.lower),
+                         fit::to_coordinate(parameter.fitted_as, parameter.upper)});
         return StemPrior{prior_of(parameter, model), lower, upper};
     });
     ParameterPrior mean;

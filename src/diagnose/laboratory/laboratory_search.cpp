@@ -27,11 +27,9 @@ std::vector<std::string> shared_terms_of(const std::vector<ObservedStem>& stems)
     std::map<std::string, int> count;
     for (const ObservedStem& stem : stems) {
         std::set<std::string> own;
-        for (const fit::ObservedRecording& recording : stem.recordings)
-            if (recording.errors)
-                for (const fit::ReadingErrors::Term& term : recording.errors->terms)
-                    if (!term.is_of_row)
-                        own.insert(term.name);
+        for (const fit::Pull& pull : stem.chain.pulls)
+            if (!fit::is_of_row(pull.kind))
+                own.insert(pull.id);
         for (const std::string& name : own)
             ++count[name];
     }
@@ -343,11 +341,11 @@ class LaboratorySearch {
                     for (const fit::FittedParameter& each : base().stems[s].fit.parameters)
                         if (stems_.specimens[s].rig == rig && each.id.effect == name &&
                             each.id.name == parameters[k].name) {
-                            sum += to_coordinate(each.fitted_as, each.value);
+                            sum += fit::to_coordinate(each.fitted_as, each.value);
                             count += 1.0;
                         }
                 if (count > 0.0)
-                    added.values[k] = from_coordinate(parameters[k].fitted_as, sum / count);
+                    added.values[k] = fit::from_coordinate(parameters[k].fitted_as, sum / count);
             }
             model.rig_effects.push_back(std::move(added));
         }
@@ -371,8 +369,8 @@ class LaboratorySearch {
         has_new_noise_ = true;
         options_.report("estimating the noise about the best model");
         auto found = stems_.map([&](std::size_t s, const fit::FitOptions& options) {
-            return baseline_beside_noise_of(base().stems[s].fit, stems_.specimens[s],
-                                            stems_.stems[s], options);
+            return baseline_with_noise_about(base().stems[s].fit, stems_.specimens[s],
+                                             stems_.stems[s], options);
         });
         bool is_other = false;
         for (std::size_t s = 0; s < found.size(); ++s)

@@ -154,8 +154,8 @@ RigEffect RigPrediction::estimated(std::size_t candidate, std::size_t place,
         for (std::size_t c = 0; c < node.columns.size() && !prior.is_place; ++c)
             if (node.columns[c].parameter == free) {
                 const double value =
-                    from_coordinate(parameters[k].fitted_as,
-                                    prior.absent + gain.amounts[place][c] * prior.deviation);
+                    fit::from_coordinate(parameters[k].fitted_as,
+                                         prior.absent + gain.amounts[place][c] * prior.deviation);
                 out.values[k] = std::isfinite(value) // a stiffness without compliance is not
                                     ? std::clamp(value, parameters[k].lower, parameters[k].upper)
                                     : parameters[k].upper;

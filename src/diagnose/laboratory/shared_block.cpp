@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/laboratory/shared_block.hpp"
 
-#include "diagnose/evidence/log_evidence.hpp"
-#include "fit/solve/layout.hpp"
+#include "fit/linear/layout.hpp"
+#include "fit/linear/scaled_solve.hpp"
+#include "fit/solve/error_solution.hpp"
 
 #include <algorithm>
 #include <cmath>
-
-#include <Eigen/Cholesky>
 
 namespace culm::diagnose {
 namespace {
@@ -52,61 +51,54 @@ SharedReadings shared_readings(const fit::Fit& fit,
                                const run::Heartbeat& heartbeat) {
     const fit::StartModels models = with_free_effects(fit, effects);
     SharedReadings out;
-    out.stacked = effects.empty() ? stacked_readings(fit, recordings)
-                                  : stacked_readings(models, recordings, fit, heartbeat);
+    out.system = effects.empty() ? fit.system : fit::system_at(models, fit, recordings, heartbeat);
     const fit::JointLayout layout = fit::joint_layout(models, recordings);
-    StackedReadings& stacked = out.stacked;
-    out.columns.resize(stacked.residual.size(), stacked.jacobian.cols());
-    Eigen::Index constraint = stacked.readings();
-    for (std::size_t k = 0; k < layout.ids.size(); ++k) {
+    fit::WeightedSystem& system = out.system;
+    Eigen::Index constraint = system.readings();
+    for (std::size_t k = 0; k < system.ids.size(); ++k) {
         const auto column = static_cast<Eigen::Index>(k);
-        const fit::JointLayout::Owner& owner = layout.owners[k];
-        const fit::StemModel& model = models[owner.model];
-        const double value = model.value(owner.parameter);
-        const bool is_error = model.is_error(owner.parameter);
-        const Eigen::Index row = is_error ? constraint++ : 0;
-        const RigEffect* const effect = effect_of(layout.ids[k], effects);
-        double slope = 1.0;
-        if (effect != nullptr) {
-            const physics::FittedAs fitted_as = model.parameters[owner.parameter].fitted_as;
-            slope = coordinate_slope(fitted_as, value);
-            out.at.push_back(to_coordinate(fitted_as, value));
-            out.names.push_back(effect->shared_name(layout.ids[k].name));
-        } else if (is_error &&
-                   std::ranges::find(shared_terms, layout.ids[k].name) != shared_terms.end()) {
-            stacked.jacobian(row, column) = 0.0;
-            stacked.residual(row) = 0.0;
-            out.at.push_back(value);
-            out.names.push_back(layout.ids[k].name);
+        const physics::ParameterId& id = system.ids[k];
+        const Eigen::Index row = system.errors[k] ? constraint++ : 0;
+        if (const RigEffect* const effect = effect_of(id, effects)) {
+            const auto [m, parameter] = layout.owners[k];
+            out.at.push_back(fit::to_coordinate(models[m].parameters[parameter].fitted_as,
+                                                models[m].value(parameter)));
+            out.names.push_back(effect->shared_name(id.name));
+        } else if (system.errors[k] &&
+                   std::ranges::find(shared_terms, id.name) != shared_terms.end()) {
+            // About its value in the stem's solution, without its prior.
+            out.at.push_back(std::ranges::find(fit.pulls, id.name, &fit::Pull::id)->value);
+            system.residual -= out.at.back() * system.jacobian.col(column);
+            system.jacobian(row, column) = 0.0;
+            system.residual(row) = 0.0;
+            out.names.push_back(id.name);
         } else {
             out.own.push_back(column);
             continue;
         }
-        out.columns.col(static_cast<Eigen::Index>(out.shared.size())) =
-            stacked.jacobian.col(column) / slope;
         out.shared.push_back(column);
     }
-    out.columns.conservativeResize(Eigen::NoChange, static_cast<Eigen::Index>(out.shared.size()));
+    out.columns = system.jacobian(Eigen::all, out.shared);
     return out;
 }
 
 SharedBlock block_of(const SharedReadings& readings) {
     SharedBlock block{readings.names, readings.at, {}, {}, {}};
-    const Projector own(readings.stacked.jacobian(Eigen::all, readings.own));
+    const fit::Projector own(readings.system.jacobian(Eigen::all, readings.own));
     const Eigen::MatrixXd remainder = own.remainder(readings.columns);
-    const Eigen::VectorXd gradient = remainder.transpose() * readings.stacked.residual;
+    const Eigen::VectorXd gradient = remainder.transpose() * readings.system.residual;
     const Eigen::MatrixXd information = remainder.transpose() * remainder;
     const Eigen::MatrixXd coefficients = own.coefficients(readings.columns);
     // The fixed model has all columns but those of the rig's effects, in the same order.
     std::vector<Eigen::Index> places;
     Eigen::Index count = 0;
-    for (Eigen::Index k = 0; k < readings.stacked.jacobian.cols(); ++k) {
+    for (Eigen::Index k = 0; k < readings.system.jacobian.cols(); ++k) {
         const auto shared = std::ranges::find(readings.shared, k);
         const bool is_own = shared == readings.shared.end();
         if (is_own)
             places.push_back(count);
         const bool is_effect =
-            !is_own && readings.stacked.ids[static_cast<std::size_t>(k)].is_of_effect();
+            !is_own && readings.system.ids[static_cast<std::size_t>(k)].is_of_effect();
         count += is_effect ? 0 : 1;
     }
     Eigen::MatrixXd follow = Eigen::MatrixXd::Zero(count, block.size());
@@ -123,45 +115,9 @@ Eigen::Index SharedMinimum::find(const std::string& name) const {
     return found == names.end() ? -1 : found - names.begin();
 }
 
-// Scaled to a unit diagonal, because the coordinates' units differ by orders of magnitude.
 Eigen::MatrixXd SharedMinimum::covariance() const {
-    const Eigen::VectorXd scale = hessian.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd scaled = scale.asDiagonal() * hessian * scale.asDiagonal();
-    const Eigen::MatrixXd inverse =
-        scaled.ldlt().solve(Eigen::MatrixXd::Identity(scaled.rows(), scaled.cols()));
-    return scale.asDiagonal() * inverse * scale.asDiagonal();
+    return fit::ScaledSpectrum(hessian).inverse();
 }
-
-namespace {
-
-/// Minimises ½ xᵀ H x − bᵀ x with x = at − mean within the bounds: a number that leaves them is
-/// set to its bound, and the others are solved for again.
-Eigen::VectorXd bounded_minimum(const Eigen::MatrixXd& hessian, const Eigen::VectorXd& right,
-                                const Eigen::VectorXd& lower, const Eigen::VectorXd& upper) {
-    Eigen::VectorXd at = Eigen::VectorXd::Zero(right.size());
-    std::vector<Eigen::Index> free;
-    for (Eigen::Index k = 0; k < right.size(); ++k)
-        free.push_back(k);
-    while (!free.empty()) {
-        Eigen::VectorXd fixed = at;
-        fixed(free).setZero();
-        const Eigen::VectorXd rest = right - hessian * fixed;
-        const Eigen::MatrixXd own = hessian(free, free);
-        const Eigen::VectorXd scale = own.diagonal().cwiseSqrt().cwiseInverse();
-        const Eigen::LDLT<Eigen::MatrixXd> factors(scale.asDiagonal() * own * scale.asDiagonal());
-        at(free) = scale.asDiagonal() * factors.solve(scale.asDiagonal() * rest(free));
-        if (std::erase_if(free, [&](Eigen::Index k) {
-                const double inside = std::clamp(at(k), lower(k), upper(k));
-                const bool is_outside = inside != at(k);
-                at(k) = inside;
-                return is_outside;
-            }) == 0)
-            break;
-    }
-    return at;
-}
-
-} // namespace
 
 SharedMinimum minimum_of(std::span<const SharedBlock> blocks, std::span<const double> variances,
                          const std::map<std::string, SharedPrior>& priors) {
@@ -198,7 +154,7 @@ SharedMinimum minimum_of(std::span<const SharedBlock> blocks, std::span<const do
         out.hessian(place, place) += information / variances[s];
         right(place) += (gradient + information * (at - mean(place))) / variances[s];
     }
-    const Eigen::VectorXd change = bounded_minimum(out.hessian, right, lower, upper);
+    const Eigen::VectorXd change = fit::bounded_minimum(out.hessian, right, lower, upper);
     out.at = mean + change;
     for (std::size_t s = 0; s < blocks.size(); ++s) {
         const SharedBlock& block = blocks[s];

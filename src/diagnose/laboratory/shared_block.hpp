@@ -3,7 +3,7 @@
 // complement. Their sum is one Newton step of all stems.
 #pragma once
 
-#include "diagnose/evidence/stacked_readings.hpp"
+#include "fit/solve/fit.hpp"
 #include "physics/effects/effect.hpp"
 
 #include <map>
@@ -51,7 +51,7 @@ void fields(Wire& wire, SharedBlock& block) {
 /// Readings of a fit with further free parameters: those of its rig's effects. Shared error terms
 /// have no constraint here, because it counts once for all stems.
 struct SharedReadings {
-    StackedReadings stacked;
+    fit::WeightedSystem system;
     std::vector<Eigen::Index> own;    ///< columns of the stem's own numbers
     std::vector<Eigen::Index> shared; ///< columns of the shared ones
     std::vector<std::string> names;   ///< (shared)

@@ -4,7 +4,6 @@
 #include "core/error.hpp"
 #include "diagnose/evidence/linear_evidence.hpp"
 #include "diagnose/planned_model.hpp"
-#include "fit/solve/reading_errors.hpp"
 #include "fit/start/starts.hpp"
 #include "physics/effects/library.hpp"
 #include "run/modes.hpp"
@@ -29,7 +28,7 @@ std::shared_ptr<const T> pointer_to(const std::optional<T>& value) {
     return value ? std::make_shared<const T>(*value) : nullptr;
 }
 
-StemBaseline travelling(fit::BaselineFit baseline) {
+StemBaseline to_message(fit::BaselineFit baseline) {
     StemBaseline out;
     if (baseline.fit.failed()) {
         out.failure = baseline.fit.reason;
@@ -38,11 +37,11 @@ StemBaseline travelling(fit::BaselineFit baseline) {
     for (const fit::ObservedRecording& recording : baseline.recordings) {
         out.noise_models.push_back(value_of(recording.noise_model));
         out.errors.push_back(value_of(recording.errors));
+        out.terms.push_back(recording.terms ? *recording.terms : std::vector<fit::ErrorTerm>{});
     }
     for (const fit::RecordingFit& part : baseline.fit.parts)
         out.noise.push_back(part.noise);
-    out.chain = fit::numbers_of(baseline.fit);
-    out.stated_chain = fit::numbers_of(baseline.stated);
+    out.chain = fit::to_numbers(baseline.fit);
     return out;
 }
 
@@ -55,7 +54,7 @@ StemFit finished(fit::Fit fit, const ObservedStem& stem, const StemEffects& effe
         out.block = block_of(shared_readings(fit, stem.recordings, effects.rig,
                                              effects.shared_terms, options.heartbeat));
     }
-    out.fit = fit::numbers_of(fit);
+    out.fit = fit::to_numbers(fit);
     return out;
 }
 
@@ -79,21 +78,20 @@ fit::StartModels start_models(const ObservedStem& stem, const fit::SelectedEffec
     return models;
 }
 
-void scale_readings(double factor, StackedReadings& stacked) {
-    stacked.jacobian.topRows(stacked.readings()) *= factor;
-    stacked.residual.head(stacked.readings()) *= factor;
+void scale_readings(double factor, fit::WeightedSystem& system) {
+    system.jacobian.topRows(system.readings()) *= factor;
+    system.residual.head(system.readings()) *= factor;
 }
 
-EffectColumns columns_about(const fit::Fit& base, const StackedReadings& stacked,
-                            const physics::SelectedEffect& candidate, const ObservedStem& stem,
-                            const fit::FitOptions& options) {
+EffectColumns columns_about(const fit::Fit& base, const physics::SelectedEffect& candidate,
+                            const ObservedStem& stem, const fit::FitOptions& options) {
     fit::SelectedEffects larger = base.effects;
     larger.push_back(candidate);
     if (fit::contains(base.effects, candidate))
-        return {"it is in the model", {}};
+        return {"it is in the model", {}, 0};
     if (!can_be_combined(larger))
-        return {"it cannot be combined with the model", {}};
-    return effect_columns(base, stacked, candidate, stem.recordings, options);
+        return {"it cannot be combined with the model", {}, 0};
+    return effect_columns(base, candidate, stem.recordings, options);
 }
 
 /// Of the candidate's free parameters.
@@ -131,7 +129,7 @@ std::vector<Specimen> specimens_of(std::span<const measure::Measurement> measure
 
 StemBaseline baseline_of(const Specimen& specimen, const fit::FitOptions& options) {
     try {
-        return travelling(fit::fit_baseline(specimen.recordings, options));
+        return to_message(fit::fit_baseline(specimen.recordings, options));
     } catch (const core::NumericalError& error) {
         return {error.what(), {}, {}, {}, {}, {}};
     }
@@ -142,22 +140,23 @@ ObservedStem observed_stem(const Specimen& specimen, StemBaseline baseline) {
     for (std::size_t m = 0; m < stem.noise_models.size(); ++m) {
         stem.recordings[m].noise_model = pointer_to(stem.noise_models[m]);
         stem.recordings[m].errors = pointer_to(stem.errors[m]);
+        stem.recordings[m].terms =
+            std::make_shared<const std::vector<fit::ErrorTerm>>(stem.terms[m]);
     }
     return stem;
 }
 
-std::optional<StemBaseline> baseline_beside_noise_of(const fit::Fit& best, const Specimen& specimen,
-                                                     const ObservedStem& stem,
-                                                     const fit::FitOptions& options) {
-    const std::vector<fit::ObservedRecording> exact = fit::with_inputs_as_stated(stem.recordings);
-    fit::BaselineFit before{stem.recordings, fit::restored(stem.chain, stem.recordings, options),
-                            fit::restored(stem.stated_chain, exact, options)};
-    before.alone = before.stated.parts;
-    std::optional<fit::BaselineFit> again = fit::baseline_beside_noise_of(
-        fit::restored(best, stem.recordings, options), before, specimen.recordings, options);
+std::optional<StemBaseline> baseline_with_noise_about(const fit::Fit& best,
+                                                      const Specimen& specimen,
+                                                      const ObservedStem& stem,
+                                                      const fit::FitOptions& options) {
+    const fit::BaselineFit before{stem.recordings,
+                                  fit::rerun(stem.chain, stem.recordings, options)};
+    std::optional<fit::BaselineFit> again = fit::baseline_with_noise_about(
+        fit::rerun(best, stem.recordings, options), before, specimen.recordings, options);
     if (!again || again->fit.failed())
         return std::nullopt;
-    return travelling(*std::move(again));
+    return to_message(*std::move(again));
 }
 
 fit::SelectedEffects StemEffects::given() const {
@@ -185,12 +184,12 @@ StemFit fit_stem(const ObservedStem& stem, const StemEffects& effects, const fit
     const fit::SelectedEffects all = effects.all();
     try {
         fit::StartModels models = start_models(stem, all, from, options);
-        if (change.size() > 0)
-            models = moved(std::move(models), fit::joint_layout(models, stem.recordings), change);
+        if (change.size() > 0) {
+            const fit::JointLayout layout = fit::joint_layout(models, stem.recordings);
+            models = fit::moved_in_valley(models, layout, change);
+        }
         const fit::JointOptions joint{options.solve(), {}, stem.noise};
         fit = fit::fit_jointly(models, stem.recordings, joint);
-        if (fit.failed())
-            fit = fit::fit_jointly(fit::start_from(fit), stem.recordings, joint);
     } catch (const core::NumericalError& error) {
         fit.status = fit::FitStatus::Failed;
         fit.reason = error.what();
@@ -202,20 +201,20 @@ StemFit fit_stem(const ObservedStem& stem, const StemEffects& effects, const fit
 
 StemFit fit_stem_from_starts(const ObservedStem& stem, const StemEffects& effects,
                              const fit::Fit& from, const fit::FitOptions& options) {
-    const fit::Fit smaller = fit::restored(from, stem.recordings, options);
+    const fit::Fit smaller = fit::rerun(from, stem.recordings, options);
     FittedModel found = fit_planned({effects.all(), not_predicted, {}}, smaller, stem.recordings,
                                     effects.given(), {}, options);
     found.fit.effects = effects.all();
     if (found.fit.failed())
         return {std::move(found.fit), {}, {}};
-    return finished(fit::restored(found.fit, stem.recordings, options), stem, effects, options);
+    return finished(fit::rerun(found.fit, stem.recordings, options), stem, effects, options);
 }
 
 StemSurvey survey_of(const ObservedStem& stem, const StemEffects& effects, const fit::Fit& numbers,
                      bool has_rig, const fit::SelectedEffects& candidates,
                      const fit::FitOptions& options) {
-    const fit::Fit base = fit::restored(numbers, stem.recordings, options);
-    StackedReadings stacked = stacked_readings(base, stem.recordings);
+    const fit::Fit base = fit::rerun(numbers, stem.recordings, options);
+    fit::WeightedSystem system = base.system;
     SharedReadings shared = shared_readings(base, stem.recordings, effects.rig,
                                             effects.shared_terms, options.heartbeat);
     // The residual of the best model is noise to all larger ones.
@@ -223,7 +222,7 @@ StemSurvey survey_of(const ObservedStem& stem, const StemEffects& effects, const
     StemSurvey out;
     std::vector<CandidateView> views;
     for (const physics::SelectedEffect& candidate : candidates) {
-        views.push_back({candidate, columns_about(base, stacked, candidate, stem, options)});
+        views.push_back({candidate, columns_about(base, candidate, stem, options)});
         out.priors.push_back(views.back().columns.failure.empty() ? priors_of(candidate, base, stem)
                                                                   : std::vector<ParameterPrior>{});
         for (EffectNode& node : views.back().columns.nodes)
@@ -231,10 +230,10 @@ StemSurvey survey_of(const ObservedStem& stem, const StemEffects& effects, const
                 for (double& reading : column.readings)
                     reading *= weight;
     }
-    scale_readings(weight, stacked);
-    scale_readings(weight, shared.stacked);
-    shared.columns.topRows(stacked.readings()) *= weight;
-    const LinearEvidence alone(stacked, views);
+    scale_readings(weight, system);
+    scale_readings(weight, shared.system);
+    shared.columns.topRows(system.readings()) *= weight;
+    const LinearEvidence alone(system, views);
     for (std::size_t k = 0; k < views.size(); ++k) {
         const std::size_t one[] = {k};
         out.own_gains.push_back(views[k].columns.failure.empty()
@@ -247,16 +246,16 @@ StemSurvey survey_of(const ObservedStem& stem, const StemEffects& effects, const
         const bool is_of_rig =
             has_rig && view.effect.effect->belongs_to() == physics::BelongsTo::Rig;
         if (!is_of_rig && view.columns.failure.empty())
-            view.columns = {"it is of the stem", {}};
+            view.columns = {"it is of the stem", {}, 0};
     }
-    const Eigen::MatrixXd columns = column_matrix(views, stacked.residual.size());
+    const Eigen::MatrixXd columns = column_matrix(views, system.residual.size());
     Eigen::MatrixXd all(columns.rows(), columns.cols() + shared.columns.cols());
     all.leftCols(columns.cols()) = columns;
     all.rightCols(shared.columns.cols()) = shared.columns;
-    const Projector own(shared.stacked.jacobian(Eigen::all, shared.own));
+    const fit::Projector own(shared.system.jacobian(Eigen::all, shared.own));
     const Eigen::MatrixXd remainder = own.remainder(all);
     const Eigen::MatrixXd gram = remainder.transpose() * remainder;
-    const Eigen::VectorXd overlap = remainder.transpose() * shared.stacked.residual;
+    const Eigen::VectorXd overlap = remainder.transpose() * shared.system.residual;
     out.gram.assign(gram.data(), gram.data() + gram.size());
     out.overlap.assign(overlap.data(), overlap.data() + overlap.size());
     for (CandidateView& view : views) {

@@ -34,9 +34,9 @@ struct StemBaseline {
     std::string failure; ///< why the chain could not be fitted; empty if it could
     std::vector<std::optional<fit::NoiseModel>> noise_models; ///< (recordings)
     std::vector<std::optional<fit::ReadingErrors>> errors;    ///< (recordings)
-    fit::Fit chain;                                           ///< numbers, with the error terms
-    fit::Fit stated_chain;                  ///< numbers, with every input as stated
-    std::vector<std::vector<double>> noise; ///< as JointOptions::noise
+    std::vector<std::vector<fit::ErrorTerm>> terms;           ///< (recordings)
+    fit::Fit chain;                                           ///< numbers
+    std::vector<std::vector<double>> noise;                   ///< as JointOptions::noise
 };
 
 struct ObservedStem : StemBaseline {
@@ -45,18 +45,18 @@ struct ObservedStem : StemBaseline {
 
 template <class Wire>
 void fields(Wire& wire, StemBaseline& baseline) {
-    wire(baseline.failure, baseline.noise_models, baseline.errors, baseline.chain,
-         baseline.stated_chain, baseline.noise);
+    wire(baseline.failure, baseline.noise_models, baseline.errors, baseline.terms, baseline.chain,
+         baseline.noise);
 }
 
 [[nodiscard]] StemBaseline baseline_of(const Specimen& specimen, const fit::FitOptions& options);
 [[nodiscard]] ObservedStem observed_stem(const Specimen& specimen, StemBaseline baseline);
 /// The baseline with the noise in motion about `best`, the numbers of a larger model; empty if the
 /// noise is the same.
-[[nodiscard]] std::optional<StemBaseline> baseline_beside_noise_of(const fit::Fit& best,
-                                                                   const Specimen& specimen,
-                                                                   const ObservedStem& stem,
-                                                                   const fit::FitOptions& options);
+[[nodiscard]] std::optional<StemBaseline> baseline_with_noise_about(const fit::Fit& best,
+                                                                    const Specimen& specimen,
+                                                                    const ObservedStem& stem,
+                                                                    const fit::FitOptions& options);
 
 /// The effects of one stem in a model of the laboratory.
 struct StemEffects {

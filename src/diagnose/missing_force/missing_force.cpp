@@ -2,9 +2,10 @@
 #include "diagnose/missing_force/missing_force.hpp"
 
 #include "core/error.hpp"
-#include "diagnose/evidence/stacked_readings.hpp"
 #include "diagnose/missing_force/term_selection.hpp"
 #include "diagnose/planned_model.hpp"
+#include "fit/linear/scaled_solve.hpp"
+#include "fit/solve/error_solution.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "physics/effects/user_effect.hpp"
 #include "physics/effects/user_expression.hpp"
@@ -169,21 +170,21 @@ Regression regress(UserLawKind kind, const fit::Fit& base,
     std::vector<fit::StemModel> models;
     for (std::size_t m = 0; m < recordings.size(); ++m)
         models.push_back(candidate_model(base.parts[m].model, {trial}, recordings[m]));
-    const StackedReadings stacked = stacked_readings(models, recordings, base, options.heartbeat);
-    const StackedReadings fitted = stacked_readings(base, recordings);
+    const fit::WeightedSystem larger = fit::system_at(models, base, recordings, options.heartbeat);
+    const fit::WeightedSystem& fitted = base.system;
 
     // Both sides without the part that the fitted parameters can absorb (Frisch, Waugh and Lovell):
     // the coefficients are those of a regression in which these parameters are free as well.
-    const Projector own(fitted.jacobian);
-    Eigen::MatrixXd columns(stacked.readings(), static_cast<Eigen::Index>(terms.size()));
+    const fit::Projector own(fitted.jacobian);
+    Eigen::MatrixXd columns(fitted.readings(), static_cast<Eigen::Index>(terms.size()));
     for (std::size_t k = 0; k < terms.size(); ++k) {
-        const auto found = std::ranges::find(stacked.ids, coefficient(k));
+        const auto found = std::ranges::find(larger.ids, coefficient(k));
         // In units of the scale, so that the sums of products have similar magnitudes.
         columns.col(static_cast<Eigen::Index>(k)) =
-            scales[k] * own.remainder(stacked.jacobian.col(found - stacked.ids.begin()))
-                            .topRows(stacked.readings());
+            scales[k] * own.remainder(larger.jacobian.col(found - larger.ids.begin()))
+                            .topRows(fitted.readings());
     }
-    const Eigen::VectorXd residual = own.remainder(fitted.residual).topRows(stacked.readings());
+    const Eigen::VectorXd residual = own.remainder(fitted.residual).topRows(fitted.readings());
     Regression out;
     out.kind = kind;
     out.selected = select_terms(columns, residual, blocks_of(base), most_terms);
@@ -296,7 +297,7 @@ MissingForce reconstruct_missing_force(const fit::Fit& base, const fit::Selected
     fit::SelectedEffects larger = effects;
     larger.push_back(with_terms(best->kind, best->terms, best->values, best->scales));
     const fit::Fit fit = fit_larger(larger, base, recordings, options);
-    out.fit = fit::numbers_of(fit);
+    out.fit = fit::to_numbers(fit);
     std::vector<std::string> products;
     for (std::size_t k = 0; k < best->terms.size(); ++k) {
         ForceTerm term{best->terms[k], best->values[k], 0.0, best->selected.stability[k]};

@@ -2,6 +2,7 @@
 // A recording with the errors of its readings, as far as fits have determined them.
 #pragma once
 
+#include "fit/errors/error_term.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <memory>
@@ -29,31 +30,13 @@ void fields(Wire& wire, NoiseModel& noise) {
          noise.relative);
 }
 
-/// Errors of the readings in addition to their noise, as far as a model of the stem determines them
-/// (fit/solve/reading_errors.hpp): linear in numbers of mean 0 and standard deviation 1.
+/// Errors of the readings that are part of the prediction.
 struct ReadingErrors {
-    struct Term {
-        std::string name;             ///< "length of S07"; terms of the same name are one number
-        std::vector<double> readings; ///< (times, heights), m; empty: none
-        double log_modulus = 0.0;     ///< change of ln Y of the chain, whose phases follow it
-        double log_damping = 0.0;     ///< likewise of ln β
-        bool is_of_row = false;       ///< each row has such a term
-        /// No stated input, but part of every model: the error of a sensor, the start of a motion
-        /// whose release was not recorded.
-        bool is_in_every_model = false;
-        /// An error of the model, whose columns its fit determines (solve/second_mode_errors.hpp).
-        bool is_of_model = false;
-    };
-    std::vector<double> times; ///< s, of the readings
-    Term known;                ///< the known part of the errors; without a name
-    std::vector<Term> terms;
+    std::vector<double> times;    ///< s, of the readings
+    std::vector<double> known;    ///< (times, heights), m: their known part; empty: none
+    std::vector<ErrorTerm> terms; ///< that are fitted
 };
 
-template <class Wire>
-void fields(Wire& wire, ReadingErrors::Term& term) {
-    wire(term.name, term.readings, term.log_modulus, term.log_damping, term.is_of_row,
-         term.is_in_every_model, term.is_of_model);
-}
 template <class Wire>
 void fields(Wire& wire, ReadingErrors& errors) {
     wire(errors.times, errors.known, errors.terms);
@@ -62,7 +45,9 @@ void fields(Wire& wire, ReadingErrors& errors) {
 /// A fit weighs the readings by the noise and adds the errors to its prediction.
 struct ObservedRecording : measure::Measurement {
     std::shared_ptr<const NoiseModel> noise_model; ///< null: the readings are independent
-    std::shared_ptr<const ReadingErrors> errors;   ///< null: not determined
+    std::shared_ptr<const ReadingErrors> errors;   ///< null: none
+    /// Terms that are the same for all models, but not fitted; null: not determined.
+    std::shared_ptr<const std::vector<ErrorTerm>> terms;
 
     ObservedRecording() = default;
     explicit ObservedRecording(measure::Measurement measurement)

@@ -20,23 +20,21 @@ struct FreeParameter {
     double absent = 0.0;                                     ///< likewise
 };
 
-/// Y (Pa) and β, both as logarithms, and the tip's deflection before the release (m).
+/// Y (Pa) as its logarithm, β, in which decay is linear and which may vanish, and the tip's
+/// deflection before the release (m).
 [[nodiscard]] std::vector<FreeParameter> baseline_free_parameters();
 
-/// The number that the optimiser changes: the logarithm of the value, its inverse over that of its
-/// size, or the value over its size in `start`.
-[[nodiscard]] double to_internal(const FreeParameter& parameter, const run::CaseSpec& start,
-                                 double value);
-[[nodiscard]] double from_internal(const FreeParameter& parameter, const run::CaseSpec& start,
-                                   double internal);
-/// d value/d internal at `value`.
-[[nodiscard]] double value_per_internal(const FreeParameter& parameter, const run::CaseSpec& start,
-                                        double value);
+/// The coordinate in which a fit changes a parameter, and in which it has its prior: the number
+/// itself, its logarithm or its inverse.
+[[nodiscard]] double to_coordinate(physics::FittedAs fitted_as, double value);
+[[nodiscard]] double from_coordinate(physics::FittedAs fitted_as, double coordinate);
+/// d coordinate/d value.
+[[nodiscard]] double coordinate_slope(physics::FittedAs fitted_as, double value);
 
 /// The number by which the chain is differentiated: the parameter or its inverse, which may be 0.
 [[nodiscard]] run::CaseParameter differentiated_by(const FreeParameter& parameter);
-/// Converts a derivative by that number at `value` to the derivative by the value.
-[[nodiscard]] double derivative_by_value(const FreeParameter& parameter, double value,
-                                         double derivative);
+/// Converts a derivative by that number to the derivative by the coordinate, at `value`.
+[[nodiscard]] double derivative_by_coordinate(const FreeParameter& parameter, double value,
+                                              double derivative);
 
 } // namespace culm::fit

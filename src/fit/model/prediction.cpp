@@ -37,7 +37,7 @@ constexpr double relative_step = 1e-5;
 /// The case with the duration that the readings need for any release within its bounds, because the
 /// duration must not depend on the fitted parameters.
 run::CaseSpec case_until(const StemModel& model, double last_time) {
-    run::CaseSpec spec = case_beside_errors(model);
+    run::CaseSpec spec = computed_case(model);
     const double earliest =
         std::min(model.release_time, model.expected_release - model.release_time_bound);
     const double needed =
@@ -64,6 +64,11 @@ run::CaseWithSensitivities simulate(const run::CaseSpec& spec,
     if (parameters.empty())
         return {result_or_throw(run::simulate(spec, heartbeat)), {}};
     return result_or_throw(run::simulate_with_sensitivities(spec, parameters, heartbeat));
+}
+
+int batches_for(std::size_t derivatives) {
+    constexpr std::size_t in_each = core::lane_count - 1; // beside the case itself
+    return static_cast<int>(std::max<std::size_t>((derivatives + in_each - 1) / in_each, 1));
 }
 
 /// The samples that predict a frame, with weights: the mean over its exposure, by Gauss's rule of
@@ -97,7 +102,7 @@ void add_frame(const StemModel& model, std::span<const double> values,
     for (std::size_t j = 0; j < prediction.rows; ++j) {
         prediction.readings.push_back(value(heights, j));
         for (std::size_t k = 0; k < values.size(); ++k)
-            prediction.jacobian.push_back(derivative_by_value(
+            prediction.jacobian.push_back(derivative_by_coordinate(
                 model.parameters[k], values[k], value(simulated.height_derivatives[k], j)));
         if (model.release_time_bound > 0.0) {
             double rate = 0.0;
@@ -120,17 +125,18 @@ double held_shift(const run::CaseModel& held, double free_length, double time, d
 /// The cases below and above a value of a parameter.
 struct Neighbours {
     run::CaseModel below, above;
-    double distance; ///< between their values of the parameter
+    double distance; ///< between their coordinates of the parameter
 };
 
-Neighbours neighbours_of(const run::CaseSpec& spec, const run::CaseParameter& parameter) {
-    const double value = parameter.get(spec);
-    const double size = std::max(std::abs(value), parameter.scale);
+Neighbours neighbours_of(const run::CaseSpec& spec, const FreeParameter& parameter) {
+    const double value = parameter.access.get(spec);
+    const double step = relative_step * std::max(std::abs(value), parameter.access.scale);
     run::CaseSpec below = spec;
     run::CaseSpec above = spec;
-    parameter.set(below, value - relative_step * size);
-    parameter.set(above, value + relative_step * size);
-    return {run::case_model(below), run::case_model(above), 2.0 * relative_step * size};
+    parameter.access.set(below, value - step);
+    parameter.access.set(above, value + step);
+    return {run::case_model(below), run::case_model(above),
+            2.0 * step * coordinate_slope(parameter.fitted_as, value)};
 }
 
 /// The held stem and its holder are fixed to the support and move with it as one body. (A finger on
@@ -144,7 +150,7 @@ void move_held_frames(const StemModel& model, std::span<const double> times,
         return;
     std::vector<Neighbours> neighbours; // by parameter
     for (const FreeParameter& parameter : model.parameters)
-        neighbours.push_back(neighbours_of(model.spec, parameter.access));
+        neighbours.push_back(neighbours_of(model.spec, parameter));
     const double step = relative_step / held.chain.base_motion->angular_frequency;
     for (std::size_t i = 0; i < times.size() && times[i] < model.release_time; ++i)
         for (std::size_t j = 0; j < prediction.rows; ++j) {
@@ -180,44 +186,31 @@ std::optional<std::size_t> frame_at(const ReadingErrors& errors, double time) {
 }
 
 /// Adds the contributions of the error terms to the readings, and the derivatives by these terms.
-/// `computed` is the case that was run.
-void add_errors(const StemModel& model, const run::CaseSpec& computed,
-                std::span<const double> times, ChainPrediction& prediction) {
+void add_errors(const StemModel& model, std::span<const double> times,
+                ChainPrediction& prediction) {
     const ReadingErrors& errors = *model.errors;
     const std::size_t modulus = place_of(model, physics::bond_youngs_modulus);
     const std::size_t damping = place_of(model, physics::bond_damping);
     const std::size_t count = model.parameters.size();
-    const double modulus_ratio =
-        computed.stem.bond_youngs_modulus / model.spec.stem.bond_youngs_modulus;
-    const double damping_ratio = computed.stem.bond_damping / model.spec.stem.bond_damping;
     for (std::size_t i = 0; i < times.size(); ++i) {
         const std::optional<std::size_t> frame = frame_at(errors, times[i]);
         for (std::size_t j = 0; j < prediction.rows; ++j) {
             const std::size_t at = i * prediction.rows + j;
             double* const derivatives = prediction.jacobian.data() + at * prediction.parameters;
-            const auto reading_of = [&](const ReadingErrors::Term& term) {
-                return frame && !term.readings.empty() ? term.readings[*frame * prediction.rows + j]
-                                                       : 0.0;
+            const auto reading_of = [&](const std::vector<double>& readings) {
+                return frame && !readings.empty() ? readings[*frame * prediction.rows + j] : 0.0;
             };
-            if (modulus < count)
-                derivatives[modulus] *= modulus_ratio;
-            if (damping < count)
-                derivatives[damping] *= damping_ratio;
             prediction.readings[at] += reading_of(errors.known);
             for (std::size_t k = 0; k < model.error_values.size(); ++k) {
-                const ReadingErrors::Term& term = errors.terms[k];
-                const double beside = reading_of(term);
-                prediction.readings[at] += model.error_values[k] * beside;
+                const ErrorTerm& term = errors.terms[k];
                 double& derivative = derivatives[model.first_error() + k];
-                derivative = beside;
-                // ln Y changes by log_modulus: dy/dY · Y is the same for the model and the computed
-                // case.
-                if (modulus < count)
-                    derivative += derivatives[modulus] * model.spec.stem.bond_youngs_modulus *
-                                  term.log_modulus;
+                derivative = reading_of(term.readings);
+                prediction.readings[at] += model.error_values[k] * derivative;
+                if (modulus < count) // the coordinate of Y is ln Y
+                    derivative += derivatives[modulus] * term.log_modulus;
                 if (damping < count)
                     derivative +=
-                        derivatives[damping] * model.spec.stem.bond_damping * term.log_damping;
+                        derivatives[damping] * term.log_damping * model.spec.stem.bond_damping;
             }
         }
     }
@@ -242,7 +235,7 @@ ChainPrediction readings_of(const StemModel& model, const run::CaseSpec& spec,
     if (!times.empty() && times.front() < model.release_time)
         move_held_frames(model, times, prediction);
     if (model.errors)
-        add_errors(model, spec, times, prediction);
+        add_errors(model, times, prediction);
     return prediction;
 }
 
@@ -289,7 +282,10 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
         accesses.push_back(differentiated_by(parameter));
         values.push_back(parameter.access.get(spec));
     }
-    return readings_of(model, spec, values, simulate(spec, accesses, heartbeat), times);
+    ChainPrediction prediction =
+        readings_of(model, spec, values, simulate(spec, accesses, heartbeat), times);
+    prediction.batches = batches_for(accesses.size());
+    return prediction;
 }
 
 std::vector<ChainPrediction> predict_together(std::span<const StemModel> models,
@@ -314,6 +310,7 @@ std::vector<ChainPrediction> predict_together(std::span<const StemModel> models,
             model.parameters.clear(); // no derivatives
             predictions.push_back(readings_of(
                 model, specs[lane], {}, {result_or_throw(std::move(outcomes[lane])), {}}, times));
+            predictions.back().batches = lane == repeated ? 1 : 0;
         }
     }
     return predictions;

@@ -32,23 +32,24 @@ struct ReadingNoise {
 [[nodiscard]] std::vector<double> relative_noise(const measure::Measurement& measurement,
                                                  const std::vector<double>& by_row);
 
-/// Whitens errors that follow a noise model: first the rows of a frame, by the symmetric root of
-/// their covariance, then each row in time.
-class Whitening {
+/// Divides readings by their noise and whitens them after their noise model: first the rows of a
+/// frame, by the symmetric root of their covariance, then each row in time.
+class ReadingWeights {
   public:
-    /// `is_seen`: (frames, rows). A null model leaves the readings as they are.
-    Whitening(std::shared_ptr<const NoiseModel> model, std::size_t rows, std::vector<bool> is_seen);
+    /// `noise`: (rows), m. `is_seen`: (frames, rows). A null model: the readings are independent.
+    ReadingWeights(std::vector<double> noise, std::shared_ptr<const NoiseModel> model,
+                   std::vector<bool> is_seen);
 
-    /// Whitens in place (frames, rows) of readings over the noise of their row, or any quantity
-    /// linear in these. Readings that were not seen become 0.
+    /// Weighs (frames, rows) of readings, or any quantity linear in these, in place. Readings that
+    /// were not seen and values that are not finite become 0.
     void apply(std::span<double> values) const;
 
   private:
     void separate_rows(std::span<double> values) const;
     void separate_frames(std::span<double> values) const;
 
+    std::vector<double> noise_;
     std::shared_ptr<const NoiseModel> model_;
-    std::size_t rows_;
     std::vector<bool> is_seen_;
 };
 

@@ -28,6 +28,8 @@ namespace {
 constexpr double samples_per_cycle = 120.0;
 constexpr double largest_release_shift = 1.5; // frames
 constexpr double release_coverage = 3.0;      // standard uncertainties of the release
+/// Share of the bonds' damping that remains at least if an effect adds damping.
+constexpr double smallest_damping_share = 0.05;
 /// Rates and strains show higher modes, which need denser samples.
 constexpr double share_for_sensors = 0.5;
 
@@ -236,7 +238,7 @@ std::vector<physics::ParameterId> StemModel::free_ids() const {
     if (release_time_bound > 0.0)
         ids.push_back(physics::release_time);
     for (std::size_t k = 0; k < error_values.size(); ++k)
-        ids.push_back({{}, errors->terms[k].name, {}});
+        ids.push_back({{}, errors->terms[k].id, {}});
     return ids;
 }
 
@@ -255,19 +257,49 @@ void StemModel::set_value(std::size_t k, double value) {
         release_time = value;
 }
 
-run::CaseSpec case_beside_errors(const StemModel& model) {
+run::CaseSpec computed_case(const StemModel& model) {
     run::CaseSpec spec = model.spec;
-    if (!model.errors)
-        return spec;
-    double log_modulus = model.errors->known.log_modulus;
-    double log_damping = model.errors->known.log_damping;
     for (std::size_t k = 0; k < model.error_values.size(); ++k) {
-        log_modulus += model.error_values[k] * model.errors->terms[k].log_modulus;
-        log_damping += model.error_values[k] * model.errors->terms[k].log_damping;
+        const ErrorTerm& term = model.errors->terms[k];
+        spec.stem.bond_youngs_modulus *= std::exp(model.error_values[k] * term.log_modulus);
+        spec.stem.bond_damping *= std::exp(model.error_values[k] * term.log_damping);
     }
-    spec.stem.bond_youngs_modulus *= std::exp(log_modulus);
-    spec.stem.bond_damping *= std::exp(log_damping);
     return spec;
+}
+
+StemModel with_error_terms(StemModel model, const ObservedRecording& recording) {
+    const StemModel before = model;
+    model.errors = recording.errors;
+    model.error_values.assign(model.errors ? model.errors->terms.size() : 0, 0.0);
+    for (std::size_t k = 0; k < before.error_values.size(); ++k)
+        for (std::size_t now = 0; now < model.error_values.size(); ++now)
+            if (model.errors->terms[now].id == before.errors->terms[k].id)
+                model.error_values[now] = before.error_values[k];
+    return model;
+}
+
+void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& model) {
+    physics::StemParameters<double>& stem = model.spec.stem;
+    // A frequency with a relative error of 1/N is a cycle off after N cycles, and no gradient leads
+    // back. The start therefore keeps the first mode of the readings.
+    for (int pass = 0; pass < 2; ++pass) { // the effect's share of the stiffness depends on Y
+        const auto modes = run::chain_modes(model.spec, 1);
+        if (modes.empty())
+            return;
+        stem.bond_youngs_modulus *= std::pow(wanted.frequency / modes.front().frequency, 2);
+    }
+    const auto modes = run::chain_modes(model.spec, 1);
+    run::CaseSpec half = model.spec;
+    half.stem.bond_damping *= 0.5;
+    const auto half_damped = run::chain_modes(half, 1);
+    if (modes.empty() || half_damped.empty())
+        return;
+    // The decay is linear in β.
+    const double from_bonds =
+        2.0 * (modes.front().decay_per_cycle - half_damped.front().decay_per_cycle);
+    const double excess = modes.front().decay_per_cycle - wanted.decay_per_cycle;
+    if (from_bonds < 0.0)
+        stem.bond_damping *= std::max(1.0 - excess / from_bonds, smallest_damping_share);
 }
 
 StemModel baseline_model(const measure::Measurement& measurement, const ChainOptions& options) {
@@ -294,6 +326,9 @@ StemModel baseline_model(const measure::Measurement& measurement, const ChainOpt
     // M = E I (κ + τ κ̇) damps a mode of angular frequency ω by ζ = ωτ/2.
     const double wanted = damping_ratio / (std::numbers::pi * frequency);
     spec.stem.bond_damping = std::max(wanted / damping_time(spec), 1e-3);
+    keep_first_mode({ring_down.fit.frequency.value, ring_down.fit.decay_rate.value,
+                     ring_down.fit.decay_per_cycle.value},
+                    model);
     spec.sample_interval = 1.0 / (samples_per_cycle * frequency);
     if (!measurement.sensors.empty())
         spec.sample_interval *= share_for_sensors;

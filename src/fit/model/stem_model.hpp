@@ -5,6 +5,7 @@
 #include "fit/model/observed_recording.hpp"
 #include "fit/model/parameter.hpp"
 #include "fit/model/stem_chain.hpp"
+#include "integrate/modes.hpp"
 #include "physics/effects/selection.hpp"
 
 #include <memory>
@@ -24,13 +25,13 @@ struct StemModel {
     double release_time = 0.0;                     ///< on the measurement's clock, s
     double release_time_bound = 0.0;               ///< about the expected one; 0: it is not free
     std::vector<std::string> remarks;              ///< omissions, one sentence each
-    std::shared_ptr<const ReadingErrors> errors{}; ///< of the recording; null: none
+    std::shared_ptr<const ReadingErrors> errors{}; ///< fitted ones, of the recording; null: none
     double exposure{};                             ///< over which a reading is a mean, s
     double expected_release{};                     ///< s; 0 if the recording shows it
     std::vector<double> error_values{};            ///< (terms of the errors)
 
-    /// The fitted numbers: the parameters, the release time if it is free, then the terms of the
-    /// reading errors, each with a Gaussian constraint of mean 0 and standard deviation 1.
+    /// The fitted numbers: the parameters, the release time if it is free, then the fitted error
+    /// terms, each with a Gaussian constraint of mean 0 and standard deviation 1.
     [[nodiscard]] std::vector<physics::ParameterId> free_ids() const;
     [[nodiscard]] std::size_t free_count() const { return first_error() + error_values.size(); }
     /// Index of the first error term among the fitted numbers.
@@ -38,8 +39,16 @@ struct StemModel {
         return parameters.size() + (release_time_bound > 0.0 ? 1 : 0);
     }
     [[nodiscard]] bool is_error(std::size_t k) const { return k >= first_error(); }
+    [[nodiscard]] const ErrorTerm& error_term(std::size_t k) const {
+        return errors->terms[k - first_error()];
+    }
     [[nodiscard]] double value(std::size_t k) const; ///< of the fitted number, SI units
     void set_value(std::size_t k, double value);
+    /// d coordinate/d value of the fitted number.
+    [[nodiscard]] double coordinate_slope(std::size_t k) const {
+        return k < parameters.size() ? fit::coordinate_slope(parameters[k].fitted_as, value(k))
+                                     : 1.0;
+    }
 };
 
 /// The prediction of a model for a recording.
@@ -47,12 +56,14 @@ struct ChainPrediction {
     std::size_t frames = 0;
     std::size_t rows = 0;
     std::size_t parameters = 0;
+    int batches = 0;              ///< of lanes that were run; of models together in one of them
     std::vector<double> readings; ///< (frames, rows), m; NaN beyond the model's stem
-    std::vector<double> jacobian; ///< (frames, rows, parameters), m per unit of each free parameter
+    /// (frames, rows, parameters), m per unit of each free parameter's coordinate.
+    std::vector<double> jacobian;
 };
 
 /// The case that is computed: that of the model with Y and β changed by its error terms.
-[[nodiscard]] run::CaseSpec case_beside_errors(const StemModel& model);
+[[nodiscard]] run::CaseSpec computed_case(const StemModel& model);
 
 /// The published chain of a measured stem with free Y, β, tip deflection (unless the stem was held
 /// straight) and release time. Y and β start from Eq. 1 (with a free phase) through the formulas of
@@ -95,6 +106,13 @@ using SelectedEffects = std::vector<physics::SelectedEffect>;
 /// core::InputError if the effects cannot be combined, or gravity has no direction.
 [[nodiscard]] StemModel candidate_model(const StemModel& baseline, const SelectedEffects& effects,
                                         const measure::Measurement& measurement);
+
+/// The model for a recording with error terms: those that it has keep their values, the others are
+/// 0.
+[[nodiscard]] StemModel with_error_terms(StemModel model, const ObservedRecording& recording);
+
+/// Changes Y and β until the first mode has the frequency and decay of `wanted`.
+void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& model);
 
 /// Has every effect a size that a fit can make vanish, so that the model contains the one without?
 [[nodiscard]] bool is_nested(const StemModel& model);

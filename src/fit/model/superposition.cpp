@@ -24,7 +24,7 @@ Parts parts_of(const run::CaseSpec& spec) {
     return {};
 }
 
-/// Derivatives of weights and factors by a free parameter of the effect, per unit of it.
+/// Derivatives of weights and factors by the coordinate of a free parameter of the effect.
 std::vector<physics::PlanarPart> derivative_of_parts(const StemModel& model,
                                                      const FreeParameter& parameter) {
     const double value = parameter.access.get(model.spec);
@@ -34,11 +34,12 @@ std::vector<physics::PlanarPart> derivative_of_parts(const StemModel& model,
     parameter.access.set(below, value - step);
     parameter.access.set(above, value + step);
     const Parts at_below = parts_of(below);
+    const double distance = 2.0 * step * coordinate_slope(parameter.fitted_as, value);
     std::vector<physics::PlanarPart> derivative = parts_of(above).parts;
     for (std::size_t k = 0; k < derivative.size(); ++k) {
-        derivative[k].weight = (derivative[k].weight - at_below.parts[k].weight) / (2.0 * step);
+        derivative[k].weight = (derivative[k].weight - at_below.parts[k].weight) / distance;
         derivative[k].modulus_factor =
-            (derivative[k].modulus_factor - at_below.parts[k].modulus_factor) / (2.0 * step);
+            (derivative[k].modulus_factor - at_below.parts[k].modulus_factor) / distance;
     }
     return derivative;
 }
@@ -53,7 +54,6 @@ void add_derivatives(const StemModel& model, const physics::Effect& effect, cons
                      const ChainPrediction& prediction,
                      const std::vector<physics::PlanarPart>& part_derivatives,
                      ChainPrediction& sum) {
-    const double modulus = model.spec.stem.bond_youngs_modulus;
     const auto modulus_place = static_cast<std::size_t>(
         std::ranges::find(part.model.parameters, physics::bond_youngs_modulus,
                           [](const FreeParameter& each) { return each.access.id; }) -
@@ -66,12 +66,12 @@ void add_derivatives(const StemModel& model, const physics::Effect& effect, cons
         for (std::size_t c = 0; c < sum.parameters; ++c) {
             if (c < model.parameters.size() && is_of(model.parameters[c], effect)) {
                 const physics::PlanarPart& change = part_derivatives[own++];
-                to[c] += change.weight * prediction.readings[at] +
-                         part.weight * from[modulus_place] * modulus * change.modulus_factor;
+                to[c] +=
+                    change.weight * prediction.readings[at] +
+                    part.weight * from[modulus_place] * change.modulus_factor / part.modulus_factor;
                 continue;
             }
-            to[c] += part.weight * from[k] * (k == modulus_place ? part.modulus_factor : 1.0);
-            ++k;
+            to[c] += part.weight * from[k++];
         }
     }
 }
@@ -113,9 +113,11 @@ ChainPrediction superposed(const StemModel& model, const std::vector<PlanarModel
     }
     ChainPrediction sum = predictions.front();
     sum.parameters = has_derivatives ? model.free_count() : 0;
+    sum.batches = 0;
     sum.readings.assign(sum.readings.size(), 0.0);
     sum.jacobian.assign(sum.readings.size() * sum.parameters, 0.0);
     for (std::size_t k = 0; k < parts.size(); ++k) {
+        sum.batches += predictions[k].batches;
         for (std::size_t at = 0; at < sum.readings.size(); ++at)
             sum.readings[at] += parts[k].weight * predictions[k].readings[at];
         if (has_derivatives)

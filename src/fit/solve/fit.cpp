@@ -2,12 +2,17 @@
 #include "fit/solve/fit.hpp"
 
 #include "core/error.hpp"
+#include "fit/errors/second_mode.hpp"
+#include "fit/errors/stated_inputs.hpp"
+#include "fit/solve/error_solution.hpp"
+#include "fit/solve/fit_statistics.hpp"
 #include "reduce/distributions.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -29,24 +34,6 @@ const FittedParameter* RecordingFit::find(const physics::ParameterId& id) const 
     return found == parameters.end() ? nullptr : &*found;
 }
 
-RecordingFit fit_chain_with_held(const StemModel& model, const ObservedRecording& measurement,
-                                 const std::vector<bool>& is_held, const SolveOptions& options) {
-    JointOptions held{options, is_held, {}};
-    held.chain.is_first_guess = false;
-    return std::move(fit_jointly({&model, 1}, {&measurement, 1}, held).parts.front());
-}
-
-StemModel started_from(StemModel model, const RecordingFit& fit) {
-    for (const FreeParameter& parameter : model.parameters)
-        if (const FittedParameter* found = fit.find(parameter.access.id))
-            parameter.access.set(model.spec, found->value);
-    model.release_time = fit.model.release_time;
-    for (std::size_t k = 0; k < model.error_values.size(); ++k)
-        if (const FittedParameter* found = fit.find({{}, model.errors->terms[k].name, {}}))
-            model.error_values[k] = found->value;
-    return model;
-}
-
 namespace {
 
 /// χ² as a function of the frequency has a minimum for every cycle that a wrong frequency skips in
@@ -58,6 +45,7 @@ constexpr std::array<double, 3> first_windows{2.0, 5.0, 12.0}; // cycles
 constexpr std::array<double, 3> first_moduli{1.0, 0.94, 1.06};
 /// A fit has found the motion if the ratio remainder() is below this limit.
 constexpr double small_remainder = 0.2;
+constexpr int most_direct_iterations = 8;
 
 /// Used for recordings of unknown noise until their residuals determine it. One value for all rows
 /// of a camera: a common factor of the weights changes no least-squares solution.
@@ -91,16 +79,10 @@ double remainder(const JointSolution& solution, std::span<const ObservedRecordin
     return all > 0.0 ? std::sqrt(left / all) : 1.0;
 }
 
-void add_runs(const std::vector<int>& runs, std::vector<int>& sum) {
-    sum.resize(runs.size(), 0);
-    for (std::size_t m = 0; m < runs.size(); ++m)
-        sum[m] += runs[m];
-}
-
 /// Solves for growing windows, from one modulus.
-JointSolution grow(const JointProblem& problem, std::vector<StemModel> models,
+JointSolution grow(const JointProblem& problem, StartModels models,
                    const std::vector<double>& last_times) {
-    std::vector<int> runs;
+    int batches = 0;
     std::vector<double> periods;
     periods.reserve(models.size());
     for (const StemModel& model : models)
@@ -112,38 +94,46 @@ JointSolution grow(const JointProblem& problem, std::vector<StemModel> models,
         if (window == last_times)
             break;
         JointSolution part = solve(problem, models, window, Purpose::Passing);
-        add_runs(part.runs, runs);
+        batches += part.batches;
         models = std::move(part.models);
     }
     JointSolution solution = solve(problem, models, last_times, Purpose::Final);
-    add_runs(runs, solution.runs);
+    solution.batches += batches;
     return solution;
 }
 
-/// The best of several starts; the others are tried only if the first does not find the motion.
-JointSolution search(const JointProblem& problem, const std::vector<StemModel>& models,
+/// The solution over all frames from the start, whose first mode has the frequency of Eq. 1. If
+/// that does not find the motion, the best of growing windows from several moduli.
+JointSolution search(const JointProblem& problem, const StartModels& models,
                      const std::vector<double>& last_times) {
     JointSolution best;
-    std::vector<int> runs;
+    int batches = 0;
     std::string reason;
-    for (const double factor : first_moduli) {
-        std::vector<StemModel> start = models;
-        for (StemModel& model : start)
-            model.spec.stem.bond_youngs_modulus *= factor;
+    const auto has_found = [&](auto&& solve_it) {
         try {
-            JointSolution solution = grow(problem, std::move(start), last_times);
-            add_runs(solution.runs, runs);
+            JointSolution solution = solve_it();
+            batches += solution.batches;
             if (solution.cost < best.cost)
                 best = std::move(solution);
         } catch (const core::NumericalError& error) {
             reason = error.what();
         }
-        if (std::isfinite(best.cost) && remainder(best, problem.measurements) < small_remainder)
-            break;
+        return best.has_converged && remainder(best, problem.measurements) < small_remainder;
+    };
+    SolveOptions few = problem.options;
+    few.largest_iterations = most_direct_iterations;
+    const JointProblem direct{problem.measurements, problem.layout, problem.noise, problem.is_held,
+                              few};
+    bool is_done = has_found([&] { return solve(direct, models, last_times, Purpose::Final); });
+    for (std::size_t k = 0; k < first_moduli.size() && !is_done; ++k) {
+        StartModels start = models;
+        for (StemModel& model : start)
+            model.spec.stem.bond_youngs_modulus *= first_moduli[k];
+        is_done = has_found([&] { return grow(problem, start, last_times); });
     }
     if (!std::isfinite(best.cost))
         throw core::NumericalError(core::FailureKind::FitFailed, reason);
-    best.runs = runs;
+    best.batches = batches;
     return best;
 }
 
@@ -172,11 +162,24 @@ RecordingFit part_of(JointSolution& solution, std::size_t m, ReadingNoise noise,
     part.noise_source = std::move(noise.source);
     part.is_noise_known = noise.is_known;
     part.noise_model = measurement.noise_model;
-    part.runs = solution.runs[m];
-    part.has_converged = solution.has_converged;
-    if (!solution.has_converged)
-        part.reason = fmt::format("not converged: {}", solution.message);
     return part;
+}
+
+/// The terms of a part in the linear solution. A chain that cannot be computed with an input
+/// changed a little has none of the inputs.
+void add_terms(const ObservedRecording& recording, const JointOptions& options, RecordingFit& part,
+               int& batches) {
+    if (!can_move(part.model, recording))
+        return;
+    if (options.with_inputs) {
+        try {
+            part.terms = input_terms(part, recording, options.chain.heartbeat, batches);
+            std::ranges::move(second_mode_terms(part, recording), std::back_inserter(part.terms));
+        } catch (const core::NumericalError&) {
+        }
+    }
+    if (recording.terms)
+        part.terms.insert(part.terms.end(), recording.terms->begin(), recording.terms->end());
 }
 
 } // namespace
@@ -184,8 +187,7 @@ RecordingFit part_of(JointSolution& solution, std::size_t m, ReadingNoise noise,
 Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecording> measurements,
                 const JointOptions& options) {
     const JointLayout layout = joint_layout(models, measurements);
-    const std::vector<StemModel> starts =
-        reconciled(std::vector(models.begin(), models.end()), layout);
+    const StartModels starts = reconciled(std::vector(models.begin(), models.end()), layout);
     std::vector<ReadingNoise> noises = noises_of(measurements, options);
     std::vector<std::vector<double>> noise;
     std::vector<double> last_times;
@@ -198,19 +200,30 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
     std::vector<bool> is_held = options.is_held;
     is_held.resize(layout.ids.size(), false);
     const JointProblem problem{measurements, layout, noise, is_held, options.chain};
-    JointSolution solution = options.chain.is_first_guess
-                                 ? search(problem, starts, last_times)
-                                 : solve(problem, starts, last_times, Purpose::Final);
+    JointSolution solution =
+        options.chain.is_first_guess
+            ? search(problem, starts, last_times)
+            : solve(problem, starts, last_times, Purpose::Final, options.predictions);
     Fit fit;
-    fit.status = solution.has_converged ? FitStatus::Fitted : FitStatus::NotConverged;
+    fit.status = solution.has_converged ? FitStatus::Fitted : FitStatus::Failed;
     if (!solution.has_converged)
         fit.reason = fmt::format("not converged: {}", solution.message);
+    fit.batches = solution.batches;
     for (std::size_t m = 0; m < measurements.size(); ++m) {
-        fit.runs += solution.runs[m];
-        fit.parts.push_back(part_of(solution, m, std::move(noises[m]), measurements[m]));
+        RecordingFit& part =
+            fit.parts.emplace_back(part_of(solution, m, std::move(noises[m]), measurements[m]));
+        add_terms(measurements[m], options, part, fit.batches);
     }
-    add_statistics(measurements, layout, is_held, fit);
+    add_residuals(measurements, fit);
+    add_parameters(layout, is_held, fit);
+    solve_with_errors(measurements, layout, is_held, fit);
     return fit;
+}
+
+Fit fit_with_held(const StemModel& model, const ObservedRecording& measurement,
+                  const std::vector<bool>& is_held, const FitOptions& options) {
+    return fit_jointly({&model, 1}, {&measurement, 1},
+                       {options.solve(), is_held, {}, {}, options.with_inputs});
 }
 
 StartModels start_from(const Fit& fit) {

@@ -1,5 +1,24 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A model fitted to every height and frame of one or several recordings at once.
+//
+// With the readings y, the prediction f(θ) and the covariance N of the noise, the fit is
+//
+//     θ̂ = argmin (y − f)ᵀ N⁻¹ (y − f),   every input as stated.
+//
+// Everything else that is uncertain is a column of U: S = N + U Uᵀ (ErrorTerm). One linear solve
+// with the Jacobian J and U at θ̂ gives all other numbers:
+//
+//     χ² = min over δ, p of |y − f − J δ − U p|² (by N) + |p|²,   the pulls p,
+//     covariance of θ̂ = K (s N + U Uᵀ) Kᵀ,   K = (Jᵀ N⁻¹ J)⁻¹ Jᵀ N⁻¹,
+//
+// s = max(1, reduced χ²), because an inadequate model makes the errors larger (JCGM 100, 5.1.2).
+//
+// Traps. The residuals that are printed are those of θ̂; χ² and the tests for lack of fit belong to
+// the solution with error terms. Terms that a fit without them would be meaningless without (an
+// offset of a sensor) are fitted: they are columns of J with a constraint. Recordings of one
+// specimen have one Y, but each has its own length: their phases differ by more than a linear
+// solution permits, so the fit gives each recording a factor of its Y (ErrorKind::Modulus), and the
+// solution takes that back.
 #pragma once
 
 #include "fit/model/reading_noise.hpp"
@@ -30,16 +49,17 @@ struct FittedParameter {
     double lower = 0.0; ///< allowed range
     double upper = 0.0;
     physics::FittedAs fitted_as = physics::FittedAs::Itself;
-    bool is_place = false; ///< as in physics::EffectParameter
-    double absent = 0.0;   ///< likewise
-    bool is_error = false; ///< a term of ReadingErrors; the value is its pull
+    bool is_place = false;          ///< as in physics::EffectParameter
+    double absent = 0.0;            ///< likewise
+    bool is_error = false;          ///< a fitted ErrorTerm
+    double value_with_errors = 0.0; ///< in the linear solution, in which the inputs may move
 };
 
 template <class Wire>
 void fields(Wire& wire, FittedParameter& parameter) {
     wire(parameter.id, parameter.unit, parameter.value, parameter.standard_error,
          parameter.is_at_bound, parameter.lower, parameter.upper, parameter.fitted_as,
-         parameter.is_place, parameter.absent, parameter.is_error);
+         parameter.is_place, parameter.absent, parameter.is_error, parameter.value_with_errors);
 }
 
 /// Half of the parameter's 95 % interval.
@@ -47,71 +67,63 @@ void fields(Wire& wire, FittedParameter& parameter) {
 /// Does that interval contain the value at which the effect is absent?
 [[nodiscard]] bool is_absent(const FittedParameter& parameter);
 
+/// An error term in the linear solution.
+struct Pull {
+    ErrorKind kind = ErrorKind::StatedInput;
+    std::string id;
+    double value = 0.0;          ///< in standard uncertainties
+    double standard_error = 1.0; ///< of that; 1 if the readings say nothing about it
+    std::vector<double> changes; ///< (parameters) of the fit by one standard uncertainty
+};
+
+template <class Wire>
+void fields(Wire& wire, Pull& pull) {
+    wire(pull.kind, pull.id, pull.value, pull.standard_error, pull.changes);
+}
+
 /// The fit of one recording, in SI units and for the readings without transformation.
 struct RecordingFit {
     StemModel model;                         ///< with the fitted values
     std::vector<FittedParameter> parameters; ///< as StemModel::free_ids
-    Eigen::MatrixXd covariance;              ///< (parameters, parameters)
-    Eigen::MatrixXd correlation;
-    /// (parameters, error terms): change of a parameter by one standard uncertainty of a term, of a
-    /// fit with every input as stated (add_input_uncertainty()); empty: not computed.
-    Eigen::MatrixXd input_changes;
 
     std::vector<double> times;     ///< (frames) used, s
     ChainPrediction prediction;    ///< readings and Jacobian at the solution
     std::vector<double> residuals; ///< (frames, rows), measured − predicted, m; NaN where not seen
-    std::vector<double> noise;     ///< (rows), by which the residuals were weighted, m
-    std::string noise_source;      ///< as ReadingNoise::source
+    /// The same without the part that the error terms explain.
+    std::vector<double> remaining;
+    std::vector<double> noise; ///< (rows), by which the residuals were weighted, m
+    std::string noise_source;  ///< as ReadingNoise::source
     bool is_noise_known = false;
     std::shared_ptr<const NoiseModel> noise_model; ///< as in the recording
+    std::vector<ErrorTerm> terms;                  ///< of the linear solution
 
     std::size_t readings = 0; ///< used
     std::size_t degrees_of_freedom = 0;
-    /// Σ (residual/noise)², whitened by the noise model, and Σ value² of the error
-    /// terms.
-    double chi_squared = 0.0;
+    double chi_squared = 0.0; ///< of `remaining`, and of the terms that this recording has first
     double reduced_chi_squared = 0.0;
     double rmse = 0.0; ///< root mean square of the residuals, m
-
-    int runs = 0; ///< of the chain with all its derivatives
-    bool has_converged = false;
-    std::string reason; ///< one sentence if not converged or at a bound
 
     [[nodiscard]] const FittedParameter* find(const physics::ParameterId& id) const;
 };
 
-/// The fit with some parameters fixed at the model's values; `is_held` is in the order of free_ids.
-/// It starts there without growing windows. For profile likelihoods and constrained comparisons.
-[[nodiscard]] RecordingFit fit_chain_with_held(const StemModel& model,
-                                               const ObservedRecording& measurement,
-                                               const std::vector<bool>& is_held,
-                                               const SolveOptions& options = {});
-
-/// `model` with the values that `fit` found for parameters and error terms of the same name.
-[[nodiscard]] StemModel started_from(StemModel model, const RecordingFit& fit);
-
-struct JointOptions {
-    SolveOptions chain;        ///< windows count from each recording's own release
-    std::vector<bool> is_held; ///< (joint parameters); empty: none
-    /// (recordings)(rows), m: divides the residuals of recordings whose noise is not known; empty:
-    /// the same value for all.
-    std::vector<std::vector<double>> noise;
-};
-
 enum class FitStatus {
     Fitted,
-    Motionless,   ///< nothing in the model moves the stem: the residuals are the readings
-    NotConverged, ///< of a solution; a fit that ends like that is Failed
+    Motionless, ///< nothing in the model moves the stem: the residuals are the readings
     Failed
 };
 
 /// Misfit of one recording.
 struct RecordingMisfit {
     std::size_t readings = 0;
-    double chi_squared = 0.0; ///< the degrees of freedom if the noise is unknown
-    double rmse = 0.0;        ///< m
+    double chi_squared = 0.0; ///< without the terms; the degrees of freedom if the noise is unknown
+    double rmse = 0.0;        ///< of what remains, m
     bool is_noise_known = false;
 };
+
+template <class Wire>
+void fields(Wire& wire, RecordingMisfit& misfit) {
+    wire(misfit.readings, misfit.chi_squared, misfit.rmse, misfit.is_noise_known);
+}
 
 /// A model fitted to one or several recordings at once. They share the material and everything that
 /// acts on the stem; a parameter that belongs to one recording (belongs_to_recording) has a value
@@ -123,28 +135,31 @@ struct Fit {
     std::string reason; ///< why it failed, or the parameters at a bound
 
     std::vector<FittedParameter> parameters; ///< every number once, as JointLayout names them
+    std::vector<Pull> pulls;                 ///< of the error terms
+    /// Values and intervals are those of the solution with error terms, because several recordings
+    /// disagree with exact inputs.
+    bool has_moved_inputs = false;
     double chi_squared = 0.0;
     double reduced_chi_squared = 0.0;
     double rmse = 0.0; ///< m, over all readings
     std::size_t readings = 0;
     std::size_t degrees_of_freedom = 0;
     std::vector<RecordingMisfit> misfits; ///< (recordings)
-    int runs = 0;                         ///< of chains with all their derivatives
+    int batches = 0;                      ///< of lanes that were run
 
-    /// (recordings) each with its own numbers, residuals and χ²; covariance and standard errors are
-    /// those of the joint solution, restricted to the part's parameters. Empty: the numbers alone.
+    /// (recordings) each with its own numbers, residuals and χ²; standard errors are those of the
+    /// joint solution. Empty: the numbers alone.
     std::vector<RecordingFit> parts;
-    /// (recordings) error terms of the model itself, if there are no parts that contain them.
-    std::vector<std::vector<ReadingErrors::Term>> model_terms;
-    std::vector<std::vector<std::size_t>> places; ///< (recordings)(parameters of the part)
-    Eigen::MatrixXd covariance;                   ///< (parameters, parameters)
-    double weighted_rms = 0.0;                    ///< of residual over noise: what was minimised
-    std::vector<std::vector<double>> noise; ///< (recordings)(rows), m: its own or JointOptions'
+    WeightedSystem system;      ///< at θ̂, with all error terms
+    Eigen::MatrixXd covariance; ///< (parameters, parameters), of their coordinates
+    double weighted_rms = 0.0;  ///< of residual over noise: what was minimised
+    double own_weighted_rms =
+        0.0; ///< the same with the noise that an unknown one was found to have
 
-    [[nodiscard]] bool failed() const {
-        return status == FitStatus::Failed || status == FitStatus::NotConverged;
-    }
+    [[nodiscard]] bool failed() const { return status == FitStatus::Failed; }
     [[nodiscard]] bool moves() const { return status != FitStatus::Motionless; }
+    /// Were its parameters fitted?
+    [[nodiscard]] bool is_fitted() const { return status == FitStatus::Fitted; }
     /// Does any recording state its noise? For all of them see is_noise_known_everywhere().
     [[nodiscard]] bool is_noise_known_anywhere() const {
         return std::ranges::any_of(misfits, &RecordingMisfit::is_noise_known);
@@ -152,12 +167,7 @@ struct Fit {
     [[nodiscard]] bool is_noise_known_everywhere() const {
         return std::ranges::all_of(misfits, &RecordingMisfit::is_noise_known);
     }
-    /// Were its parameters fitted?
-    [[nodiscard]] bool is_fitted() const { return status == FitStatus::Fitted; }
 };
-
-/// One model for each recording.
-using StartModels = std::vector<StemModel>;
 
 /// The models of a fit's parts.
 [[nodiscard]] StartModels start_from(const Fit& fit);
@@ -167,6 +177,7 @@ struct FitOptions {
     ChainOptions chain;
     std::optional<double> window; ///< only frames up to here, s after the release; empty: all
     run::Heartbeat heartbeat;
+    bool with_inputs = true; ///< the linear solution has terms of stated inputs and second mode
 
     [[nodiscard]] SolveOptions solve(bool is_first_guess = false) const {
         return {.window = window, .is_first_guess = is_first_guess, .heartbeat = heartbeat};
@@ -176,33 +187,30 @@ struct FitOptions {
 /// `options` with this heartbeat, or unchanged if it is empty.
 [[nodiscard]] FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat);
 
-/// Fills `fit` from the model, times, prediction, noise (by which the residuals were weighted) and
-/// is_noise_known of its parts. Fixed parameters get a standard error of 0. If the noise of a part
-/// is not known, it is determined from the residuals, so that the part's reduced χ² is 1.
-void add_statistics(std::span<const ObservedRecording> measurements, const JointLayout& layout,
-                    const std::vector<bool>& is_held, Fit& fit);
+struct JointOptions {
+    SolveOptions chain;        ///< windows count from each recording's own release
+    std::vector<bool> is_held; ///< (joint parameters); empty: none
+    /// (recordings)(rows), m: divides the residuals of recordings whose noise is not known; empty:
+    /// the same value for all.
+    std::vector<std::vector<double>> noise;
+    /// (recordings) at the models' values; empty: to be computed.
+    std::vector<ChainPrediction> predictions{};
+    bool with_inputs = true; ///< as FitOptions::with_inputs
+};
 
-/// Adds the contribution of the error terms of `recordings` to the covariance of a fit without
-/// terms: K (s N + U Uᵀ) Kᵀ with K = (Jᵀ N⁻¹ J)⁻¹ Jᵀ N⁻¹, the noise N, a column of U for each term,
-/// and the factor `misfit` (s, at least 1) of an inadequate model (JCGM 100, 5.1.2). Updates the
-/// standard errors.
-void add_input_uncertainty(std::span<const ObservedRecording> recordings, double misfit, Fit& fit);
-
-/// Start of a fit with the recording's error terms: one least-squares step from `stated`, a fit
-/// without them, or `stated` itself if the step takes a term beyond `contradiction`.
-[[nodiscard]] StemModel linear_start(const RecordingFit& stated,
-                                     const ObservedRecording& recording);
-
-/// Fits all recordings by least squares, with Levenberg and Marquardt's method with bounds (Ceres)
-/// and the sensitivities of run::simulate_with_sensitivities. Each recording has its own model
-/// (length, section, known masses, frame rate, rows). The fit starts from the models' values, for a
-/// shared parameter from the first model that has it. Error terms are fitted too; each adds its own
-/// value as a residual. The covariance is (JᵀWJ/s + C)⁻¹ with the reduced χ² s, at least 1, and the
-/// information C of these constraints. A fit that ends at a bound or does not converge is returned
-/// with its reason. Throws core::NumericalError if it cannot start, run::Abandoned if the heartbeat
-/// says so.
+/// Fits all recordings by least squares (solution.hpp) with the sensitivities of
+/// run::simulate_with_sensitivities. Each recording has its own model (length, section, known
+/// masses, frame rate, rows). The fit starts from the models' values, for a shared parameter from
+/// the first model that has it. A fit that does not converge is Failed; one that ends at a bound
+/// has that as its reason. Throws core::NumericalError if it cannot start, run::Abandoned if the
+/// heartbeat says so.
 [[nodiscard]] Fit fit_jointly(std::span<const StemModel> models,
                               std::span<const ObservedRecording> measurements,
                               const JointOptions& options = {});
+
+/// The fit with some parameters fixed at the model's values; `is_held` is in the order of free_ids.
+/// It starts there without growing windows. For profile likelihoods and constrained comparisons.
+[[nodiscard]] Fit fit_with_held(const StemModel& model, const ObservedRecording& measurement,
+                                const std::vector<bool>& is_held, const FitOptions& options = {});
 
 } // namespace culm::fit

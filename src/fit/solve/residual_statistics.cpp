@@ -6,11 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
-#include <limits>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <boost/math/special_functions/gamma.hpp>
 
 namespace culm::fit {
@@ -63,75 +62,15 @@ double tracy_widom_tail(double x) {
 
 } // namespace
 
-Whitening whitening_of(const RecordingFit& fit) {
-    std::vector<bool> is_seen;
-    for (const double residual : fit.residuals)
-        is_seen.push_back(!std::isnan(residual));
-    return {fit.noise_model, fit.prediction.rows, is_seen};
-}
-
-Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit) {
-    const std::size_t count = fit.prediction.parameters;
-    Eigen::MatrixXd matrix(static_cast<Eigen::Index>(fit.residuals.size()),
-                           static_cast<Eigen::Index>(count));
-    const Whitening whitening = whitening_of(fit);
-    for (std::size_t at = 0; at < fit.residuals.size(); ++at) {
-        const double* const gradient = fit.prediction.jacobian.data() + at * count;
-        // Near the edge of the stem a lane may miss the row and then has no derivative, as in the
-        // solution (ReadingResiduals::derivative()).
-        for (std::size_t k = 0; k < count; ++k)
-            matrix(static_cast<Eigen::Index>(at), static_cast<Eigen::Index>(k)) =
-                std::isfinite(gradient[k]) ? gradient[k] / fit.noise[at % fit.prediction.rows]
-                                           : 0.0;
-    }
-    for (std::size_t k = 0; k < count; ++k)
-        whitening.apply({matrix.data() + k * fit.residuals.size(), fit.residuals.size()});
-    return matrix;
-}
-
-Eigen::VectorXd whitened_term(const ReadingErrors::Term& term, const RecordingFit& part,
-                              const Eigen::MatrixXd& jacobian) {
-    std::vector<double> values(part.residuals.size(), 0.0);
-    if (!term.readings.empty())
-        for (std::size_t at = 0; at < values.size(); ++at)
-            values[at] = term.readings[at] / part.noise[at % part.prediction.rows];
-    whitening_of(part).apply(values);
-    Eigen::VectorXd column =
-        Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
-    for (std::size_t p = 0; p < part.model.parameters.size(); ++p) {
-        const physics::ParameterId& id = part.model.parameters[p].access.id;
-        const double logarithm = id == physics::bond_youngs_modulus ? term.log_modulus
-                                 : id == physics::bond_damping      ? term.log_damping
-                                                                    : 0.0;
-        if (logarithm != 0.0)
-            column += logarithm * part.model.value(p) * jacobian.col(static_cast<Eigen::Index>(p));
-    }
-    return column;
-}
-
-LinearStep linear_step(const Eigen::MatrixXd& columns, const Eigen::VectorXd& residuals,
-                       Eigen::Index first, Eigen::Index constrained) {
-    Eigen::MatrixXd matrix = columns.transpose() * columns;
-    matrix.diagonal().segment(first, constrained).array() += 1.0;
-    const Eigen::VectorXd scale =
-        matrix.diagonal().cwiseMax(std::numeric_limits<double>::min()).cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd inverse = scale.asDiagonal() *
-                                    (scale.asDiagonal() * matrix * scale.asDiagonal())
-                                        .completeOrthogonalDecomposition()
-                                        .pseudoInverse() *
-                                    scale.asDiagonal();
-    return {inverse * (columns.transpose() * residuals), inverse};
-}
-
 Eigen::MatrixXd whitened_residuals(const RecordingFit& fit) {
-    const std::size_t rows = fit.prediction.rows;
-    std::vector<double> values;
-    for (std::size_t at = 0; at < fit.residuals.size(); ++at)
-        values.push_back(fit.residuals[at] / fit.noise[at % rows]);
-    whitening_of(fit).apply(values);
+    std::vector<bool> is_seen;
+    for (const double residual : fit.remaining)
+        is_seen.push_back(!std::isnan(residual));
+    std::vector<double> values = fit.remaining;
+    ReadingWeights(fit.noise, fit.noise_model, std::move(is_seen)).apply(values);
     return Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>>(
         values.data(), static_cast<Eigen::Index>(fit.times.size()),
-        static_cast<Eigen::Index>(rows));
+        static_cast<Eigen::Index>(fit.noise.size()));
 }
 
 std::vector<ResidualGroup> residuals_by_height(const RecordingFit& fit) {
@@ -182,36 +121,6 @@ std::vector<ResidualGroup> residuals_by_amplitude(const RecordingFit& fit,
         groups.push_back(sum.group(envelope[order[end - 1]], envelope[order[begin]]));
     }
     return groups;
-}
-
-double weighted_rms(std::span<const RecordingFit> parts,
-                    const std::vector<std::vector<double>>& noise) {
-    double sum = 0.0;
-    std::size_t count = 0;
-    std::vector<physics::ParameterId> errors;
-    for (std::size_t m = 0; m < parts.size(); ++m) {
-        RecordingFit part = parts[m];
-        part.noise = noise[m];
-        sum += whitened_residuals(part).squaredNorm();
-        count += part.readings;
-        // Each error term adds one residual, however many recordings share it.
-        for (const FittedParameter& parameter : part.parameters)
-            if (parameter.is_error && std::ranges::find(errors, parameter.id) == errors.end()) {
-                errors.push_back(parameter.id);
-                sum += parameter.value * parameter.value;
-            }
-    }
-    return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
-}
-
-double rms(std::span<const RecordingFit> parts) {
-    double sum = 0.0;
-    std::size_t count = 0;
-    for (const RecordingFit& part : parts) {
-        sum += part.rmse * part.rmse * static_cast<double>(part.readings);
-        count += part.readings;
-    }
-    return count > 0 ? std::sqrt(sum / static_cast<double>(count)) : 0.0;
 }
 
 double over_noise(const RecordingFit& fit) {

@@ -12,31 +12,8 @@
 
 namespace culm::fit {
 
-/// Which readings were seen, and how their errors are whitened.
-[[nodiscard]] Whitening whitening_of(const RecordingFit& fit);
-
-/// Derivatives of the readings over the noise and whitened, (frames · rows, parameters); 0 where
-/// nothing was seen.
-[[nodiscard]] Eigen::MatrixXd whitened_jacobian(const RecordingFit& fit);
-
-/// Change of the readings by one standard uncertainty of an error term, over the noise and
-/// whitened, (frames · rows). `jacobian`: whitened_jacobian().
-[[nodiscard]] Eigen::VectorXd whitened_term(const ReadingErrors::Term& term,
-                                            const RecordingFit& fit,
-                                            const Eigen::MatrixXd& jacobian);
-
-struct LinearStep {
-    Eigen::VectorXd change;     ///< (columns)
-    Eigen::MatrixXd covariance; ///< (columns, columns)
-};
-/// Least-squares fit of white residuals by `columns`. The coefficients of `constrained` columns
-/// from `first` on have mean 0 and standard deviation 1.
-[[nodiscard]] LinearStep linear_step(const Eigen::MatrixXd& columns,
-                                     const Eigen::VectorXd& residuals, Eigen::Index first,
-                                     Eigen::Index constrained);
-
-/// Residuals over the noise and whitened, (frames, rows) or (frames, series) if the noise model
-/// mixes the rows; 0 where nothing was seen.
+/// What remains of the residuals, over the noise and whitened, (frames, rows) or (frames, series)
+/// if the noise model mixes the rows; 0 where nothing was seen.
 [[nodiscard]] Eigen::MatrixXd whitened_residuals(const RecordingFit& fit);
 
 /// Residuals of one height, of a part of the record, or of a range of amplitudes.
@@ -60,14 +37,6 @@ struct ResidualGroup {
 [[nodiscard]] std::vector<ResidualGroup> residuals_by_amplitude(const RecordingFit& fit,
                                                                 const std::vector<double>& envelope,
                                                                 std::size_t parts);
-
-/// Root mean square of residual over noise (for every row of every part), as
-/// Fit::weighted_rms.
-[[nodiscard]] double weighted_rms(std::span<const RecordingFit> parts,
-                                  const std::vector<std::vector<double>>& noise);
-
-/// Root mean square of the residuals of all parts, m.
-[[nodiscard]] double rms(std::span<const RecordingFit> parts);
 
 /// Root mean square of residual over noise.
 [[nodiscard]] double over_noise(const RecordingFit& fit);

@@ -2,314 +2,343 @@
 #include "fit/solve/solution.hpp"
 
 #include "core/error.hpp"
-#include "fit/solve/residuals.hpp"
+#include "fit/linear/scaled_solve.hpp"
+#include "run/modes.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <limits>
-#include <vector>
+#include <iterator>
+#include <tuple>
+#include <utility>
 
-#include <Eigen/Core>
-#include <ceres/ceres.h>
 #include <fmt/core.h>
 
 namespace culm::fit {
-
 namespace {
 
-/// Jᵀ W J and Jᵀ W r.
-struct NormalEquations {
-    Eigen::MatrixXd information;
-    Eigen::VectorXd gradient;
-};
-
-NormalEquations normal_equations(const JointResiduals& residuals) {
-    const auto count = static_cast<Eigen::Index>(residuals.parameter_count());
-    NormalEquations sums{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count)};
-    Eigen::VectorXd slope(count);
-    for (std::size_t part = 0; part < residuals.parts().size(); ++part)
-        for (const ReadingResiduals::Place& place : residuals.parts()[part].places()) {
-            double residual = 0.0;
-            if (!residuals.evaluate(part, place, &residual, slope.data()) || !slope.allFinite())
-                continue;
-            sums.information.selfadjointView<Eigen::Lower>().rankUpdate(slope);
-            sums.gradient += residual * slope;
-        }
-    for (std::size_t k = 0; k < residuals.parameter_count(); ++k)
-        if (residuals.is_error(k)) {
-            const auto at = static_cast<Eigen::Index>(k);
-            sums.information(at, at) += 1.0;
-            sums.gradient(at) += residuals.internal()[k];
-        }
-    sums.information = sums.information.selfadjointView<Eigen::Lower>();
-    return sums;
-}
-
-/// Can the parameter move against the gradient without crossing a bound?
-bool can_move(const JointResiduals& residuals, std::size_t k, double gradient) {
-    const double internal = residuals.internal()[k];
-    const auto [lower, upper] = residuals.bounds(k);
-    return gradient > 0.0 ? internal > lower : internal < upper;
-}
-
-/// Decrease of the sum of squares over the noise in one Gauss-Newton step from the prepared point,
-/// gᵀ (Jᵀ J)⁻¹ g over the parameters that can move: those that are not fixed (`is_held`; missing
-/// entries are false) and not at a bound that the step would cross. A step that a trust region
-/// shortens promises less than this in directions that the readings hardly determine, and may end a
-/// solution many standard errors away from the best one.
-double remaining_gain(const JointResiduals& residuals, const std::vector<bool>& is_held) {
-    // Half the decrease of χ² by one Gauss-Newton step is gᵀ H⁻¹ g/2. In the eigenvectors of the
-    // scaled H it is a sum over directions, without those that the data do not determine.
-    const NormalEquations sums = normal_equations(residuals);
-    std::vector<Eigen::Index> moving;
-    for (std::size_t k = 0; k < residuals.parameter_count(); ++k) {
-        const auto at = static_cast<Eigen::Index>(k);
-        const bool is_free = k >= is_held.size() || !is_held[k];
-        if (is_free && sums.information(at, at) > 0.0 && can_move(residuals, k, sums.gradient(at)))
-            moving.push_back(at);
-    }
-    if (moving.empty())
-        return 0.0;
-    const InformationDirections told = information_directions(sums.information(moving, moving));
-    const Eigen::VectorXd gradient = sums.gradient(moving).cwiseQuotient(told.scale);
-    double gain = 0.0;
-    for (Eigen::Index k = 0; k < told.information.size(); ++k)
-        if (told.is_known(k))
-            gain += std::pow(told.directions.col(k).dot(gradient), 2) / told.information(k);
-    return gain;
-}
-
-/// Convergence limit, in units of the χ² of one standard error of a parameter (so divided by the
-/// reduced χ² of the solution): 0.05 nats of evidence are not worth a run. The point after the last
-/// step is nearer to the minimum than that by the convergence of Gauss-Newton steps.
+/// Convergence limits, in units of the χ² of one standard error of a parameter. The point after the
+/// last step is nearer to the minimum than that by the convergence of Gauss-Newton steps.
 constexpr double final_improvement = 0.1;
-/// A window that only leads to the next one needs less accuracy.
 constexpr double passing_improvement = 5.0;
-/// The integrator's choice of steps depends on the parameters, which adds noise of this size to the
-/// sum. A step that fails by less has met the noise, not a wrong model.
 constexpr double noise_of_runs = 0.2;
-/// Consecutive failures: a region that is 2 million times narrower should contain a better point.
-constexpr int most_vain_steps = 6;
+constexpr std::array shares{0.3, 0.1, 0.03};             ///< of a step that failed
+constexpr std::array curved_shares{1.0, 0.6, 0.35, 0.2}; ///< likewise, along its curvature
+constexpr double first_damping = 1e-3;                   ///< over the diagonal of the information
+constexpr double more_damping = 30.0;
+constexpr double shorter_steps = 0.03; ///< after a vain trial
+constexpr int most_vain_trials = 3;
 
-/// In a wider region, parameters that the data hardly distinguish start with excessive steps.
-constexpr double first_trust_region = 100.0;
-/// Wide enough not to shorten steps near the end, where a narrow region ends a solution early: in a
-/// valley whose floor has a millionth of its walls' curvature, shortened steps promise nothing.
-constexpr double last_trust_region = 1e10;
-constexpr int most_refinements = 3;
+constexpr double slope_share = 1e-3; ///< of a step, for its slope
+constexpr int corrections = 3;       ///< f² is nearly a straight line in Y
+constexpr double largest_correction = 2.0;
 
-/// The cost function of one reading.
-class ReadingCost : public ceres::CostFunction {
-  public:
-    ReadingCost(const JointResiduals& residuals, std::size_t part,
-                const ReadingResiduals::Place& place)
-        : residuals_(residuals), part_(part), place_(place) {
-        set_num_residuals(1);
-        mutable_parameter_block_sizes()->push_back(
-            static_cast<std::int32_t>(residuals.parameter_count()));
+/// Changes free parameter `k` by a change of its coordinate, as far as the bounds allow.
+void move(StemModel& model, std::size_t k, double change) {
+    if (model.is_error(k)) {
+        model.set_value(k, model.value(k) + change);
+        return;
     }
-    bool Evaluate(const double* const*, double* residuals, double** jacobians) const override {
-        return residuals_.evaluate(part_, place_, residuals,
-                                   jacobians == nullptr ? nullptr : jacobians[0]);
+    if (k >= model.parameters.size()) {
+        model.release_time = std::clamp(model.release_time + change,
+                                        model.expected_release - model.release_time_bound,
+                                        model.expected_release + model.release_time_bound);
+        return;
     }
+    const FreeParameter& parameter = model.parameters[k];
+    const double at = to_coordinate(parameter.fitted_as, parameter.access.get(model.spec)) + change;
+    parameter.access.set(model.spec, std::clamp(from_coordinate(parameter.fitted_as, at),
+                                                parameter.lower, parameter.upper));
+}
 
-  private:
-    const JointResiduals& residuals_;
-    std::size_t part_;
-    const ReadingResiduals::Place& place_;
+/// The models at one point, with everything that one run of each recording gives.
+struct Point {
+    StartModels models;
+    std::vector<ChainPrediction> predictions;
+    Eigen::MatrixXd jacobian;    ///< J, by the parameters that are not held
+    Eigen::VectorXd residual;    ///< r
+    Eigen::MatrixXd information; ///< JᵀJ
+    Eigen::VectorXd gradient;    ///< Jᵀr
+    double cost = 0.0;
 };
 
-/// The Gaussian constraint of an error term.
-class ConstraintCost : public ceres::CostFunction {
+struct Step {
+    Eigen::VectorXd change; ///< (joint parameters)
+    double promised = 0.0;  ///< decrease of the sum of squares
+};
+
+struct Trial {
+    StartModels models;
+    Eigen::VectorXd residual;
+    double cost = 0.0;
+};
+
+class LeastSquares {
   public:
-    ConstraintCost(std::size_t parameter, std::size_t count) : parameter_(parameter) {
-        set_num_residuals(1);
-        mutable_parameter_block_sizes()->push_back(static_cast<std::int32_t>(count));
-    }
-    bool Evaluate(const double* const* parameters, double* residuals,
-                  double** jacobians) const override {
-        residuals[0] = parameters[0][parameter_];
-        if (jacobians != nullptr && jacobians[0] != nullptr) {
-            std::fill_n(jacobians[0], parameter_block_sizes().front(), 0.0);
-            jacobians[0][parameter_] = 1.0;
+    LeastSquares(const JointProblem& problem, const std::vector<double>& last_times,
+                 Purpose purpose)
+        : problem_(problem) {
+        for (std::size_t m = 0; m < problem.measurements.size(); ++m) {
+            const std::vector<double>& all = problem.measurements[m].times;
+            times_.emplace_back(all.begin(), std::ranges::upper_bound(all, last_times[m]));
         }
-        return true;
+        // A few cycles of a lightly damped record hardly determine the damping, which would follow
+        // any error of the model to its bound.
+        for (std::size_t k = 0; k < problem.layout.ids.size(); ++k)
+            if (!problem.is_held[k] &&
+                (purpose == Purpose::Final || problem.layout.ids[k] != physics::bond_damping))
+                free_.push_back(static_cast<Eigen::Index>(k));
     }
 
-  private:
-    std::size_t parameter_;
-};
-
-/// Ends the solution if a step promised or gained less than `improvement`, at the noise of the
-/// runs, where Ceres would shorten its steps without success, and after many shortened steps.
-/// Ceres's cost tolerance would discard the last point, which cost a run and is the best one.
-class EnoughGained : public ceres::IterationCallback {
-  public:
-    EnoughGained(double readings, double improvement)
-        : readings_(readings), improvement_(improvement) {}
-    ceres::CallbackReturnType operator()(const ceres::IterationSummary& iteration) override {
-        if (iteration.iteration == 0 || iteration.step_is_successful)
-            vain_steps_ = 0;
-        else if (++vain_steps_ == most_vain_steps)
-            return ceres::SOLVER_TERMINATE_SUCCESSFULLY;
-        if (iteration.iteration == 0 || !iteration.step_is_valid)
-            return ceres::SOLVER_CONTINUE;
-        // Decrease of χ² in units of the reduced χ² (cost is χ²/2): about the square of the step of
-        // a parameter in standard errors.
-        const double gain = iteration.cost_change / iteration.cost * readings_;
-        const double promised = gain / iteration.relative_decrease;
-        const bool is_noise =
-            !iteration.step_is_successful && -gain < noise_of_runs && promised < noise_of_runs;
-        // The gain of a whole step differs from its promise by about the gain that remains.
-        const bool is_whole = iteration.trust_region_radius >= last_trust_region;
-        const double left =
-            is_whole ? std::abs(gain - promised) : std::numeric_limits<double>::infinity();
-        return is_noise || std::min({std::abs(gain), std::abs(promised), left}) < improvement_
-                   ? ceres::SOLVER_TERMINATE_SUCCESSFULLY
-                   : ceres::SOLVER_CONTINUE;
+    [[nodiscard]] Point at(StartModels models, std::vector<ChainPrediction> predictions = {}) {
+        Point point;
+        point.models = std::move(models);
+        point.predictions = std::move(predictions);
+        for (std::size_t m = point.predictions.size(); m < times_.size(); ++m) {
+            point.predictions.push_back(
+                predict_readings(point.models[m], times_[m], problem_.options.heartbeat));
+            batches_ += point.predictions.back().batches;
+        }
+        WeightedSystem system = system_of(point.models, point.predictions);
+        point.jacobian = system.jacobian(Eigen::all, free_);
+        point.residual = std::move(system.residual);
+        point.cost = point.residual.squaredNorm();
+        point.information = point.jacobian.transpose() * point.jacobian;
+        point.gradient = point.jacobian.transpose() * point.residual;
+        return point;
     }
 
-  private:
-    double readings_;
-    double improvement_;
-    int vain_steps_ = 0;
-};
-
-void bound(const JointLayout& layout, const std::vector<bool>& is_held, ceres::Problem& problem,
-           JointResiduals& residuals) {
-    double* const block = residuals.internal();
-    for (std::size_t k = 0; k < residuals.parameter_count(); ++k) {
-        const auto [lower, upper] = residuals.bounds(k);
-        problem.SetParameterLowerBound(block, static_cast<int>(k), lower);
-        problem.SetParameterUpperBound(block, static_cast<int>(k), upper);
+    [[nodiscard]] Step step(const Point& point, double damping) const {
+        const auto count = static_cast<Eigen::Index>(free_.size());
+        Eigen::VectorXd lower(count);
+        Eigen::VectorXd upper(count);
+        for (Eigen::Index k = 0; k < count; ++k)
+            std::tie(lower(k), upper(k)) =
+                bounds_of(point.models, problem_.layout.owners[static_cast<std::size_t>(
+                                            free_[static_cast<std::size_t>(k)])]);
+        Eigen::MatrixXd damped = point.information;
+        damped.diagonal() *= 1.0 + damping;
+        const Eigen::VectorXd change = bounded_minimum(damped, point.gradient, lower, upper);
+        Step out{Eigen::VectorXd::Zero(static_cast<Eigen::Index>(problem_.layout.ids.size())),
+                 2.0 * point.gradient.dot(change) - change.dot(point.information * change)};
+        out.change(free_) = change;
+        return out;
     }
-    // Ceres rejects a manifold without a free direction.
-    if (std::ranges::count(is_held, true) ==
-        static_cast<std::ptrdiff_t>(residuals.parameter_count()))
-        problem.SetParameterBlockConstant(block);
-    else
-        problem.SetManifold(block, new ValleySteps(residuals, layout, is_held));
-}
 
-ceres::Solver::Options solver_settings(int largest_iterations, double trust_region) {
-    ceres::Solver::Options settings;
-    settings.linear_solver_type = ceres::DENSE_QR;
-    settings.max_num_iterations = largest_iterations;
-    settings.initial_trust_region_radius = trust_region;
-    // Steps are projected onto the bounds; a search along each would cost more runs than it saves.
-    settings.max_num_line_search_step_size_iterations = 0;
-    settings.parameter_tolerance = 1e-9;
-    settings.gradient_tolerance = 1e-14;
-    settings.function_tolerance = 0.0; // see EnoughGained
-    settings.logging_type = ceres::SILENT;
-    return settings;
-}
+    [[nodiscard]] StartModels after(const Point& point, const Step& step) const {
+        return moved_in_valley(point.models, problem_.layout, step.change);
+    }
 
-bool has_converged(const ceres::Solver::Summary& summary) {
-    return summary.termination_type == ceres::CONVERGENCE ||
-           summary.termination_type == ceres::USER_SUCCESS;
-}
+    /// Steps that are computed side by side, without derivatives.
+    [[nodiscard]] std::vector<Trial> tried(const Point& point, const std::vector<Step>& steps) {
+        std::vector<Trial> out;
+        for (const Step& step : steps)
+            out.push_back({after(point, step), {}, 0.0});
+        std::vector<std::vector<ChainPrediction>> predictions(out.size());
+        for (std::size_t m = 0; m < times_.size(); ++m) {
+            std::vector<StemModel> models;
+            for (const Trial& each : out)
+                models.push_back(each.models[m]);
+            auto found = predict_together(models, times_[m], problem_.options.heartbeat);
+            for (std::size_t k = 0; k < out.size(); ++k) {
+                batches_ += found[k].batches;
+                predictions[k].push_back(std::move(found[k]));
+            }
+        }
+        for (std::size_t k = 0; k < out.size(); ++k) {
+            out[k].residual = system_of(out[k].models, predictions[k]).residual;
+            out[k].cost = out[k].residual.squaredNorm();
+        }
+        return out;
+    }
 
-/// Did shortened steps end the solution too early?
-bool is_far_from_the_end(const ceres::Solver::Summary& summary, const std::vector<bool>& is_held,
-                         double readings, JointResiduals& residuals) {
-    if (!has_converged(summary))
+    /// The second-order part a of a step δ, of which a share was tried: it missed its linear
+    /// prediction by d, and J a = d/share². The path α δ + α² a follows a curved valley
+    /// (Transtrum & Sethna 2012).
+    [[nodiscard]] Eigen::VectorXd curvature(const Point& point, const Step& step, double share,
+                                            const Trial& trial) const {
+        const Eigen::VectorXd missed =
+            trial.residual - (point.residual - share * (point.jacobian * step.change(free_)));
+        Eigen::VectorXd out = Eigen::VectorXd::Zero(step.change.size());
+        out(free_) =
+            ScaledSpectrum(point.information).solve(point.jacobian.transpose() * missed).col(0) /
+            (share * share);
+        return out;
+    }
+
+    /// The best of shorter, damped and curved steps.
+    [[nodiscard]] Trial best_shorter(const Point& point, const Step& step, double factor,
+                                     double damping) {
+        std::vector<Step> steps;
+        for (const double share : shares)
+            steps.push_back({factor * share * step.change, 0.0});
+        steps.push_back(this->step(point, damping));
+        std::vector<Trial> trials = tried(point, steps);
+        const Eigen::VectorXd curve = curvature(point, step, factor * shares[1], trials[1]);
+        steps.clear();
+        for (const double share : curved_shares)
+            steps.push_back(
+                {factor * share * step.change + factor * factor * share * share * curve, 0.0});
+        std::ranges::move(tried(point, steps), std::back_inserter(trials));
+        return std::move(*std::ranges::min_element(trials, {}, &Trial::cost));
+    }
+
+    /// Moves the point by a part of a step that failed; false if that gains less than `least`.
+    [[nodiscard]] bool take_shorter(Point& point, const Step& step, double least) {
+        double factor = 1.0;
+        double damping = first_damping;
+        for (int vain = 0; vain < most_vain_trials; ++vain) {
+            try {
+                Trial best = best_shorter(point, step, factor, damping);
+                if (best.cost < point.cost) {
+                    const double gain = point.cost - best.cost;
+                    point = at(std::move(best.models));
+                    return gain > least;
+                }
+            } catch (const core::NumericalError&) {
+            }
+            factor *= shorter_steps;
+            damping *= more_damping;
+        }
         return false;
-    residuals.PrepareForEvaluation(true, true);
-    const double reduced = 2.0 * summary.final_cost / readings;
-    return remaining_gain(residuals, is_held) > noise_of_runs * std::max(1.0, reduced);
-}
-
-JointSolution solution_of(JointResiduals& residuals) {
-    residuals.PrepareForEvaluation(true, true);
-    JointSolution solution;
-    for (const ReadingResiduals& part : residuals.parts()) {
-        solution.models.push_back(part.current_model());
-        solution.predictions.push_back(part.prediction());
-        solution.times.push_back(part.times());
-        solution.runs.push_back(part.runs());
     }
-    return solution;
+
+    [[nodiscard]] std::size_t readings() const {
+        std::size_t count = 0;
+        for (std::size_t m = 0; m < times_.size(); ++m)
+            for (std::size_t at = 0; at < times_[m].size() * problem_.noise[m].size(); ++at)
+                count += std::isfinite(problem_.measurements[m].deflections[at]) ? 1 : 0;
+        return count;
+    }
+
+    [[nodiscard]] JointSolution solution_at(Point point, bool has_converged,
+                                            std::string message) const {
+        return {std::move(point.models),
+                std::move(point.predictions),
+                times_,
+                batches_,
+                point.cost,
+                has_converged,
+                std::move(message)};
+    }
+
+  private:
+    [[nodiscard]] WeightedSystem system_of(const StartModels& models,
+                                           const std::vector<ChainPrediction>& predictions) const {
+        std::vector<SystemPart> parts;
+        for (std::size_t m = 0; m < models.size(); ++m)
+            parts.push_back(
+                {models[m], problem_.measurements[m], predictions[m], problem_.noise[m], none_});
+        return weighted_system(problem_.layout, parts);
+    }
+
+    const JointProblem& problem_;
+    std::vector<std::vector<double>> times_;
+    std::vector<Eigen::Index> free_; ///< joint parameters
+    const std::vector<ErrorTerm> none_;
+    int batches_ = 0;
+};
+
+/// Iterates from `point`; the last two are set at the end.
+void iterate(LeastSquares& problem, double improvement, int most, Point& point, bool& has_converged,
+             std::string& message) {
+    const auto readings = static_cast<double>(problem.readings());
+    for (int iteration = 0; iteration < most; ++iteration) {
+        const double unit = point.cost / readings;
+        const Step step = problem.step(point, 0.0);
+        has_converged = true;
+        if (!(step.promised > improvement * unit))
+            return;
+        double gain = -std::numeric_limits<double>::infinity();
+        try {
+            Point next = problem.at(problem.after(point, step));
+            gain = point.cost - next.cost;
+            if (gain > 0.0)
+                point = std::move(next);
+        } catch (const core::NumericalError&) {
+        }
+        // The gain of a whole step differs from its promise by about the gain that remains.
+        if (gain > 0.0 && std::min(gain, std::abs(gain - step.promised)) < improvement * unit)
+            return;
+        if (gain <= 0.0 && -gain < noise_of_runs * unit && step.promised < noise_of_runs * unit)
+            return;
+        if (gain <= 0.0 && !problem.take_shorter(point, step, improvement * unit))
+            return; // the rest of the promise is an error of the derivatives
+    }
+    has_converged = false;
+    message = fmt::format("no minimum after {} steps", most);
 }
 
-/// The parameters that a solution for this purpose keeps. A few cycles of a lightly damped record
-/// hardly determine the damping, which would follow any error of the model to its bound.
-std::vector<bool> held_for(Purpose purpose, const JointLayout& layout, std::vector<bool> is_held) {
-    if (purpose == Purpose::Final)
-        return is_held;
-    is_held.resize(layout.ids.size(), false);
-    for (std::size_t k = 0; k < layout.ids.size(); ++k)
-        if (layout.ids[k] == physics::bond_damping)
-            is_held[k] = true;
-    return is_held;
+/// ln f² of the first recording's chain.
+double log_square(const StartModels& models) {
+    return 2.0 * std::log(run::lowest_frequency_with_effects(models.front().spec));
 }
 
 } // namespace
 
-JointSolution solve(const JointProblem& problem, const std::vector<StemModel>& models,
-                    const std::vector<double>& last_times, Purpose purpose) {
-    const auto& [measurements, layout, noise, held, options] = problem;
-    std::vector<ReadingResiduals> parts;
-    std::size_t readings = 0;
-    for (std::size_t m = 0; m < models.size(); ++m) {
-        parts.emplace_back(models[m], measurements[m], noise[m], last_times[m], options.heartbeat);
-        readings += parts.back().places().size();
+std::pair<double, double> bounds_of(const StartModels& models, const JointLayout::Owner& owner) {
+    constexpr double none = std::numeric_limits<double>::infinity();
+    const StemModel& model = models[owner.model];
+    const double value = model.value(owner.parameter);
+    if (model.is_error(owner.parameter))
+        return {-none, none};
+    if (owner.parameter >= model.parameters.size())
+        return {model.expected_release - model.release_time_bound - value,
+                model.expected_release + model.release_time_bound - value};
+    const FreeParameter& parameter = model.parameters[owner.parameter];
+    const double at = to_coordinate(parameter.fitted_as, value);
+    return std::minmax({to_coordinate(parameter.fitted_as, parameter.lower) - at,
+                        to_coordinate(parameter.fitted_as, parameter.upper) - at});
+}
+
+StartModels moved(StartModels models, const JointLayout& layout, const Eigen::VectorXd& change) {
+    for (std::size_t m = 0; m < models.size(); ++m)
+        for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
+            const JointLayout::Share& share = layout.shares[m][k];
+            // Only β has a factor.
+            move(models[m], k, share.factor * change(static_cast<Eigen::Index>(share.place)));
+        }
+    return models;
+}
+
+StartModels moved_in_valley(const StartModels& models, const JointLayout& layout,
+                            const Eigen::VectorXd& change) {
+    StartModels to = moved(models, layout, change);
+    const auto found = std::ranges::find(layout.ids, physics::bond_youngs_modulus);
+    if (found == layout.ids.end() || layout.ids.size() < 3)
+        return to;
+    Eigen::VectorXd of_modulus = Eigen::VectorXd::Zero(change.size());
+    const auto place = static_cast<Eigen::Index>(found - layout.ids.begin());
+    const double wanted =
+        log_square(models) + (log_square(moved(models, layout, slope_share * change)) -
+                              log_square(moved(models, layout, -slope_share * change))) /
+                                 (2.0 * slope_share);
+    const StartModels straight = to;
+    for (int pass = 0; pass < corrections; ++pass) {
+        of_modulus(place) = wanted - log_square(to);
+        if (!(std::abs(of_modulus(place)) < largest_correction)) // no frequency to follow
+            return straight;
+        to = moved(std::move(to), layout, of_modulus);
     }
-    if (readings == 0)
+    return to;
+}
+
+JointSolution solve(const JointProblem& problem, const StartModels& models,
+                    const std::vector<double>& last_times, Purpose purpose,
+                    std::vector<ChainPrediction> predictions) {
+    LeastSquares equations(problem, last_times, purpose);
+    if (equations.readings() == 0)
         throw core::NumericalError(
             core::FailureKind::FitFailed,
             fmt::format("no reading lies within the first {:.3g} s after time 0, where the fit "
                         "begins: time 0 is not the release",
                         std::ranges::max(last_times)));
-    JointResiduals residuals(models, layout, std::move(parts));
-    ceres::Problem::Options ownership;
-    ownership.evaluation_callback = &residuals;
-    ceres::Problem equations(ownership);
-    for (std::size_t m = 0; m < models.size(); ++m)
-        for (const ReadingResiduals::Place& place : residuals.parts()[m].places())
-            equations.AddResidualBlock(new ReadingCost(residuals, m, place), nullptr,
-                                       residuals.internal());
-    for (std::size_t k = 0; k < residuals.parameter_count(); ++k)
-        if (residuals.is_error(k))
-            equations.AddResidualBlock(new ConstraintCost(k, residuals.parameter_count()), nullptr,
-                                       residuals.internal());
-    const std::vector<bool> is_held = held_for(purpose, layout, held);
-    bound(layout, is_held, equations, residuals);
-
-    const double improvement = purpose == Purpose::Final ? final_improvement : passing_improvement;
-    const auto count = static_cast<double>(std::max<std::size_t>(readings, 1));
-    EnoughGained enough_gained(count, improvement);
-    const auto solved_within = [&](double trust_region) {
-        ceres::Solver::Options settings =
-            solver_settings(problem.options.largest_iterations, trust_region);
-        settings.callbacks = {&enough_gained};
-        ceres::Solver::Summary summary;
-        ceres::Solve(settings, &equations, &summary);
-        return summary;
-    };
-    if (double cost = 0.0;
-        purpose == Purpose::Final && !options.is_first_guess &&
-        equations.Evaluate({}, &cost, nullptr, nullptr, nullptr) &&
-        remaining_gain(residuals, held) < final_improvement * std::max(1.0, 2.0 * cost / count)) {
-        JointSolution solution = solution_of(residuals); // the start is a solution
-        solution.cost = cost;
-        solution.has_converged = true;
-        return solution;
-    }
-    ceres::Solver::Summary summary = solved_within(first_trust_region);
-    const bool is_solved = has_converged(summary);
-    for (int again = 0; again < most_refinements && purpose == Purpose::Final &&
-                        is_far_from_the_end(summary, held, count, residuals);
-         ++again) {
-        summary = solved_within(last_trust_region);
-        if (!(summary.final_cost < summary.initial_cost))
-            break; // the gain that the derivatives promise does not exist
-    }
-    JointSolution solution = solution_of(residuals);
-    solution.cost = summary.final_cost;
-    solution.has_converged = is_solved;
-    solution.message = summary.message;
-    return solution;
+    Point point = equations.at(models, std::move(predictions));
+    bool has_converged = false;
+    std::string message;
+    iterate(equations, purpose == Purpose::Final ? final_improvement : passing_improvement,
+            problem.options.largest_iterations, point, has_converged, message);
+    return equations.solution_at(std::move(point), has_converged, std::move(message));
 }
 
 } // namespace culm::fit

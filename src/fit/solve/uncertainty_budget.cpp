@@ -9,7 +9,7 @@ namespace culm::fit {
 namespace {
 
 /// Relative standard uncertainty of the parameter; 0 where it is not fitted.
-double relative_uncertainty(const RecordingFit& fit, const physics::ParameterId& id,
+double relative_uncertainty(const Fit& fit, const physics::ParameterId& id,
                             const std::vector<double>& variances) {
     for (std::size_t p = 0; p < variances.size(); ++p)
         if (fit.parameters[p].id == id)
@@ -31,41 +31,37 @@ double UncertaintyBudget::share_of_readings(std::size_t parameter) const {
                : 1.0;
 }
 
-UncertaintyBudget uncertainty_budget(const RecordingFit& stated, const RecordingFit& judged,
-                                     const measure::Measurement& measurement) {
+UncertaintyBudget uncertainty_budget(const Fit& fit, const measure::Measurement& measurement) {
     UncertaintyBudget budget;
-    const std::size_t count = stated.parameters.size();
+    const std::size_t count = fit.parameters.size();
     std::vector<double> of_readings;
-    for (const FittedParameter& parameter : stated.parameters) {
+    for (const FittedParameter& parameter : fit.parameters) {
         budget.combined.push_back(parameter.standard_error);
         of_readings.push_back(std::pow(parameter.standard_error, 2));
     }
-    const std::size_t first = judged.model.first_error();
     std::vector<StatedInput> inputs = stated_inputs(measurement);
     std::vector<double> of_chain(count, 0.0);
-    for (std::size_t k = 0; k < judged.model.error_values.size(); ++k) {
-        const ReadingErrors::Term& term = judged.model.errors->terms[k];
-        // Position errors of single rows and the terms of every model are listed with the noise of
-        // the readings.
-        if (term.is_of_row || term.is_in_every_model)
+    std::size_t next = 0; // the terms of the inputs are in their order
+    for (const Pull& pull : fit.pulls) {
+        // Errors of single rows and fitted terms are listed with the noise of the readings.
+        if (pull.kind == ErrorKind::Place || pull.kind == ErrorKind::Sensor ||
+            pull.kind == ErrorKind::Start)
             continue;
-        const bool is_stated = k < inputs.size();
+        const bool is_stated = pull.kind == ErrorKind::StatedInput;
         BudgetInput& line = budget.inputs.emplace_back();
         if (is_stated) {
-            line.input = std::move(inputs[k]);
+            line.input = std::move(inputs[next++]);
         } else { // a number that the model adds
-            line.input.name = term.name;
+            line.input.name = pull.id;
             line.input.unit = "1";
             line.input.standard_uncertainty = 1.0;
         }
-        const FittedParameter& error = judged.parameters[first + k];
-        line.pull = error.value;
-        line.uncertainty_with_readings = error.standard_error * line.input.standard_uncertainty;
+        line.pull = pull.value;
+        line.uncertainty_with_readings = pull.standard_error * line.input.standard_uncertainty;
         for (std::size_t p = 0; p < count; ++p) {
             // If the stated value is larger by u, the same readings give a parameter that is
             // smaller by the change.
-            const double change =
-                stated.input_changes(static_cast<Eigen::Index>(p), static_cast<Eigen::Index>(k));
+            const double change = pull.changes[p];
             line.sensitivities.push_back(-change / line.input.standard_uncertainty);
             of_readings[p] -= change * change;
             if (!is_stated || line.input.acts == InputActs::OnClock)
@@ -77,8 +73,8 @@ UncertaintyBudget uncertainty_budget(const RecordingFit& stated, const Recording
         of_chain[p] += of_readings[p];
         budget.from_readings.push_back(std::sqrt(of_readings[p]));
     }
-    budget.chain_modulus = relative_uncertainty(stated, physics::bond_youngs_modulus, of_chain);
-    budget.chain_damping = relative_uncertainty(stated, physics::bond_damping, of_chain);
+    budget.chain_modulus = relative_uncertainty(fit, physics::bond_youngs_modulus, of_chain);
+    budget.chain_damping = relative_uncertainty(fit, physics::bond_damping, of_chain);
     return budget;
 }
 

@@ -2,7 +2,7 @@
 // Uncertainty of a calibration, from the noise of the readings and from every stated input.
 #pragma once
 
-#include "fit/solve/reading_errors.hpp"
+#include "fit/errors/stated_inputs.hpp"
 
 #include <vector>
 
@@ -35,11 +35,9 @@ struct UncertaintyBudget {
     [[nodiscard]] double share_of_readings(std::size_t parameter) const;
 };
 
-/// `stated` is a fit with every input as stated (fit_nested()); `judged` has the error terms,
-/// whose values are the pulls. A parameter that the readings do not determine has an infinite
+/// Of a fit to one recording. A parameter that the readings do not determine has an infinite
 /// uncertainty.
-[[nodiscard]] UncertaintyBudget uncertainty_budget(const RecordingFit& stated,
-                                                   const RecordingFit& judged,
+[[nodiscard]] UncertaintyBudget uncertainty_budget(const Fit& fit,
                                                    const measure::Measurement& measurement);
 
 } // namespace culm::fit

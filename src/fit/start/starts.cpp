@@ -22,8 +22,6 @@ namespace {
 
 constexpr std::size_t most_starts = 12;
 constexpr std::size_t most_beats = 2;
-/// Share of the bonds' damping that remains at least if an effect adds damping.
-constexpr double smallest_damping_share = 0.05;
 
 /// The effect's parameter for a free one; empty for parameters of the plain chain.
 std::optional<physics::EffectParameter> described(const StemModel& model,
@@ -38,10 +36,19 @@ double absent_value(const FreeParameter& parameter) {
                : std::clamp(parameter.absent, parameter.lower, parameter.upper);
 }
 
+/// The model with the values of the fit for parameters and error terms of the same name.
+StemModel with_values_of(const RecordingFit& fit, StemModel model) {
+    const std::vector<physics::ParameterId> ids = model.free_ids();
+    for (std::size_t k = 0; k < ids.size(); ++k)
+        if (const FittedParameter* found = fit.find(ids[k]))
+            model.set_value(k, found->value);
+    return model;
+}
+
 /// Starts for a stem that leaves the plane, from the beats in its readings. Empty if none.
 std::vector<StemModel> beat_starts(const StemModel& first, const RecordingFit& smaller) {
     std::vector<StemModel> starts;
-    const auto modes = run::chain_modes(case_beside_errors(smaller.model), 1);
+    const auto modes = run::chain_modes(computed_case(smaller.model), 1);
     if (modes.empty() || !(modes.front().decay_rate < 0.0))
         return starts;
     const integrate::VibrationMode& mode = modes.front();
@@ -183,30 +190,6 @@ physics::StartScales stem_start_scales(const physics::StemParameters<double>& st
     return scales;
 }
 
-void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& start) {
-    physics::StemParameters<double>& stem = start.spec.stem;
-    // A frequency with a relative error of 1/N is a cycle off after N cycles, and no gradient leads
-    // back. The start therefore keeps the first mode of the readings.
-    for (int pass = 0; pass < 2; ++pass) { // the effect's share of the stiffness depends on Y
-        const auto modes = run::chain_modes(start.spec, 1);
-        if (modes.empty())
-            return;
-        stem.bond_youngs_modulus *= std::pow(wanted.frequency / modes.front().frequency, 2);
-    }
-    const auto modes = run::chain_modes(start.spec, 1);
-    run::CaseSpec half = start.spec;
-    half.stem.bond_damping *= 0.5;
-    const auto half_damped = run::chain_modes(half, 1);
-    if (modes.empty() || half_damped.empty())
-        return;
-    // The decay is linear in β.
-    const double from_bonds =
-        2.0 * (modes.front().decay_per_cycle - half_damped.front().decay_per_cycle);
-    const double excess = modes.front().decay_per_cycle - wanted.decay_per_cycle;
-    if (from_bonds < 0.0)
-        stem.bond_damping *= std::max(1.0 - excess / from_bonds, smallest_damping_share);
-}
-
 // The strongest lines of the periodogram, at least three resolutions apart, because closer ones are
 // side lobes of the same line.
 std::vector<double> residual_peaks(const RecordingFit& fit, std::size_t count) {
@@ -230,7 +213,7 @@ std::vector<double> residual_peaks(const RecordingFit& fit, std::size_t count) {
 
 std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& smaller,
                                   StartSize size) {
-    StemModel first = started_from(model, smaller);
+    StemModel first = with_values_of(smaller, model);
     if (size == StartSize::Absent)
         for (const FreeParameter& parameter : first.parameters)
             if (!parameter.is_place && smaller.find(parameter.access.id) == nullptr)

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "fit/solve/fit.hpp"
-#include "integrate/modes.hpp"
 
 #include <cstddef>
 #include <span>
@@ -17,9 +16,6 @@ namespace culm::fit {
 /// The scales of a stem in a recording of this duration (s), without peaks of residuals.
 [[nodiscard]] physics::StartScales stem_start_scales(const physics::StemParameters<double>& stem,
                                                      double duration);
-
-/// Changes Y and β until the first mode of `start` has the frequency and decay of `wanted`.
-void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& start);
 
 enum class StartSize {
     Absent, ///< the fit of the smaller model is the start; its derivatives vanish for

@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "fit/errors/stated_inputs.hpp"
+
 #include "fit/model/stem_chain.hpp"
-#include "fit/solve/reading_errors.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <iterator>
 #include <optional>
@@ -172,6 +174,94 @@ void add_picture(const measure::Measurement& measurement, std::vector<StatedInpu
         add_of_rig(added, acts, inputs);
 }
 
+/// Recordings whose inputs have the same name share their term.
+std::string term_name(const StatedInput& input, const measure::Measurement& measurement) {
+    const std::string& specimen = measurement.specimen_name();
+    // Each specimen is clamped anew, at another height of the picture.
+    if (input.is_of_rig && input.acts == InputActs::OnRows && !measurement.rig.empty())
+        return fmt::format("{} of {} on rig {}", input.name, specimen, measurement.rig);
+    if (input.is_of_rig)
+        return fmt::format("{} of {}", input.name,
+                           measurement.rig.empty() ? measurement.stem.id
+                                                   : "rig " + measurement.rig);
+    // A specimen that is clamped again has a new length, which was measured again.
+    return fmt::format("{} ({:.6g} {}) of {}", input.name, input.value, input.unit, specimen);
+}
+
+/// Derivatives of the predicted readings at the times of a fit.
+class InputChanges {
+  public:
+    InputChanges(const RecordingFit& fit, const measure::Measurement& measurement,
+                 const std::vector<StatedInput>& inputs, const run::Heartbeat& heartbeat)
+        : fit_(fit), measurement_(measurement) {
+        StemModel model = fit.model;
+        model.errors.reset();
+        model.error_values.clear();
+        model.spec = computed_case(fit.model);
+        model.parameters.clear();
+        model.release_time_bound = 0.0;
+        for (const StatedInput& input : inputs) {
+            columns_.push_back(model.parameters.size());
+            if (input.acts == InputActs::OnChain)
+                model.parameters.push_back({input.access, input.unit});
+        }
+        rows_column_ = model.parameters.size();
+        if (std::ranges::any_of(inputs, [](const StatedInput& input) {
+                return input.acts == InputActs::OnRows || input.acts == InputActs::OnPicture;
+            }))
+            model.parameters.push_back({height_of_rows(measurement), "m"});
+        if (!model.parameters.empty())
+            changed_ = predict_readings(model, fit.times, heartbeat);
+    }
+
+    [[nodiscard]] int batches() const { return changed_.batches; }
+
+    /// Change of predicted − measured by one standard uncertainty of input `k`.
+    [[nodiscard]] std::vector<double> by(const StatedInput& input, std::size_t k) const {
+        std::vector<double> out;
+        out.reserve(fit_.prediction.readings.size());
+        for (std::size_t at = 0; at < fit_.prediction.readings.size(); ++at)
+            out.push_back(derivative(at, input, k) * input.standard_uncertainty);
+        return out;
+    }
+
+  private:
+    static double finite(double value) { return std::isfinite(value) ? value : 0.0; }
+    [[nodiscard]] double changed(std::size_t at, std::size_t column) const {
+        return finite(changed_.jacobian[at * changed_.parameters + column]);
+    }
+
+    [[nodiscard]] double derivative(std::size_t at, const StatedInput& input, std::size_t k) const {
+        const ChainPrediction& own = fit_.prediction;
+        const std::size_t row = at % own.rows;
+        switch (input.acts) {
+        case InputActs::OnChain:
+            return changed(at, columns_[k]);
+        case InputActs::OnRows:
+            return changed(at, rows_column_);
+        case InputActs::OnPicture:
+            return measurement_.heights[row] * changed(at, rows_column_) - finite(own.readings[at]);
+        case InputActs::OnSensor:
+            return row == input.row ? -finite(own.readings[at]) : 0.0;
+        case InputActs::OnClock:
+            // If the rate is larger by the share c, the reading was taken at t/(1 + c), where the
+            // prediction is smaller by c t dy/dt. The release time's derivative is −dy/dt.
+            return fit_.model.release_time_bound > 0.0
+                       ? fit_.times[at / own.rows] *
+                             finite(
+                                 own.jacobian[at * own.parameters + fit_.model.first_error() - 1])
+                       : 0.0;
+        }
+        return 0.0;
+    }
+
+    const RecordingFit& fit_;
+    const measure::Measurement& measurement_;
+    ChainPrediction changed_;          ///< by the inputs that change the chain, and by the rows
+    std::vector<std::size_t> columns_; ///< (inputs) their columns in changed_
+    std::size_t rows_column_ = 0;      ///< of a common shift of the rows
+};
+
 } // namespace
 
 run::CaseParameter height_of_rows(const measure::Measurement& measurement) {
@@ -194,6 +284,18 @@ std::vector<StatedInput> stated_inputs(const measure::Measurement& measurement) 
         add_sensors(measurement, inputs);
     std::erase_if(inputs, [](const StatedInput& each) { return each.standard_uncertainty == 0.0; });
     return inputs;
+}
+
+std::vector<ErrorTerm> input_terms(const RecordingFit& fit, const measure::Measurement& measurement,
+                                   const run::Heartbeat& heartbeat, int& batches) {
+    const std::vector<StatedInput> inputs = stated_inputs(measurement);
+    const InputChanges changes(fit, measurement, inputs, heartbeat);
+    batches += changes.batches();
+    std::vector<ErrorTerm> terms;
+    for (std::size_t k = 0; k < inputs.size(); ++k)
+        terms.push_back(
+            {ErrorKind::StatedInput, term_name(inputs[k], measurement), changes.by(inputs[k], k)});
+    return terms;
 }
 
 } // namespace culm::fit

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/solve/reading_errors.hpp"
-#include "fit/solve/residual_statistics.hpp"
+#include "fit/errors/release.hpp"
+
+#include "fit/linear/scaled_solve.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>
@@ -8,14 +9,11 @@
 #include <complex>
 #include <numbers>
 
-#include <Eigen/QR>
 #include <boost/math/special_functions/gamma.hpp>
 #include <fmt/core.h>
 
 namespace culm::fit {
 namespace {
-
-using Term = ReadingErrors::Term;
 
 constexpr std::size_t most_modes = 3;
 /// Share of the frame rate above which modes are not resolved.
@@ -32,7 +30,7 @@ constexpr double largest_share = 0.5; ///< of the amplitude that a pull at the t
 std::vector<run::ShapedMode> resolved_modes(const RecordingFit& fit) {
     const std::size_t most =
         fit.model.spec.sensors.empty() ? std::min(most_modes, fit.prediction.rows) : most_modes;
-    std::vector<run::ShapedMode> modes = run::shaped_modes(case_beside_errors(fit.model), most);
+    std::vector<run::ShapedMode> modes = run::shaped_modes(computed_case(fit.model), most);
     const double rate =
         static_cast<double>(fit.times.size() - 1) / (fit.times.back() - fit.times.front());
     std::erase_if(modes, [rate](const run::ShapedMode& shaped) {
@@ -43,11 +41,12 @@ std::vector<run::ShapedMode> resolved_modes(const RecordingFit& fit) {
 
 /// The readings of a mode that has the amplitude `size` (m at the tip), or the velocity `size`
 /// times its angular frequency, at the time `start`.
-Term term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity, double size,
-             double start, const measure::Measurement& measurement) {
-    Term term;
-    term.is_in_every_model = measurement.release == measure::ReleaseKind::Moving;
-    term.name =
+ErrorTerm term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity, double size,
+                  double start, const measure::Measurement& measurement) {
+    ErrorTerm term;
+    term.kind =
+        measurement.release == measure::ReleaseKind::Moving ? ErrorKind::Start : ErrorKind::Release;
+    term.id =
         fmt::format("{} of mode {} at the {} of {}", is_velocity ? "velocity" : "amplitude", number,
                     measurement.release == measure::ReleaseKind::Moving ? "start" : "release",
                     measurement.stem.id);
@@ -70,10 +69,10 @@ Term term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity
 }
 
 /// The terms of all modes but the first, with their `sizes`, (modes).
-std::vector<Term> terms_of(const std::vector<run::ShapedMode>& modes,
-                           const std::vector<double>& sizes, double start,
-                           const measure::Measurement& measurement) {
-    std::vector<Term> terms;
+std::vector<ErrorTerm> terms_of(const std::vector<run::ShapedMode>& modes,
+                                const std::vector<double>& sizes, double start,
+                                const measure::Measurement& measurement) {
+    std::vector<ErrorTerm> terms;
     for (std::size_t k = 1; k < modes.size(); ++k)
         for (const bool is_velocity : {false, true})
             terms.push_back(term_of(modes[k], k + 1, is_velocity, sizes[k], start, measurement));
@@ -81,37 +80,41 @@ std::vector<Term> terms_of(const std::vector<run::ShapedMode>& modes,
 }
 
 /// Scale of the departures, m at the tip, from the readings soon after the release in a fit with
-/// all other parameters; 0 if they show none.
-double scale_of(const RecordingFit& fit, const std::vector<Term>& units,
-                const std::vector<Term>& others) {
-    const auto from = std::ranges::find_if(fit.times, [](double time) { return time >= 0.0; });
-    const double end = early_periods / run::first_mode(fit.model.spec).frequency;
-    const Eigen::MatrixXd jacobian = whitened_jacobian(fit);
-    const std::size_t rows = fit.prediction.rows;
+/// all other parameters and error terms; 0 if they show none.
+double scale_of(const Fit& fit, const std::vector<ErrorTerm>& units,
+                const ObservedRecording& recording) {
+    const RecordingFit& part = fit.parts.front();
+    const auto from = std::ranges::find_if(part.times, [](double time) { return time >= 0.0; });
+    const double end = early_periods / run::first_mode(part.model.spec).frequency;
+    const std::size_t rows = part.prediction.rows;
     std::vector<Eigen::Index> places;
-    for (auto i = static_cast<std::size_t>(from - fit.times.begin());
-         i < fit.times.size() && fit.times[i] < end; ++i)
+    for (auto i = static_cast<std::size_t>(from - part.times.begin());
+         i < part.times.size() && part.times[i] < end; ++i)
         for (std::size_t j = 0; j < rows; ++j)
-            if (!std::isnan(fit.residuals[i * rows + j]))
+            if (!std::isnan(part.residuals[i * rows + j]))
                 places.push_back(static_cast<Eigen::Index>(i * rows + j));
-    const Eigen::Index fitted = jacobian.cols();
-    const auto constrained = static_cast<Eigen::Index>(others.size());
+    WeightedSystem system = fit.system;
     const auto wanted = static_cast<Eigen::Index>(units.size());
-    if (static_cast<Eigen::Index>(places.size()) < 4 * (fitted + constrained + wanted))
+    if (static_cast<Eigen::Index>(places.size()) < 4 * (system.jacobian.cols() + wanted))
         return 0.0;
-    Eigen::MatrixXd columns(jacobian.rows(), fitted + constrained + wanted);
-    columns.leftCols(fitted) = jacobian;
-    Eigen::Index column = fitted;
-    for (const std::vector<Term>* terms : {&others, &units})
-        for (const Term& term : *terms)
-            columns.col(column++) = whitened_term(term, fit, jacobian);
-    const Eigen::MatrixXd residuals = whitened_residuals(fit).transpose(); // a row is a frame
-    const Eigen::VectorXd right = residuals.reshaped();
-    const LinearStep step =
-        linear_step(columns(places, Eigen::all), right(places), fitted, constrained);
-    const Eigen::VectorXd found = step.change.tail(wanted);
-    const Eigen::MatrixXd own = step.covariance.bottomRightCorner(wanted, wanted);
-    const double square = found.dot(own.completeOrthogonalDecomposition().solve(found));
+    for (Eigen::Index row = system.readings(); row < system.residual.size(); ++row)
+        places.push_back(row); // the constraints
+    Eigen::MatrixXd columns(system.residual.size(), system.jacobian.cols() + wanted);
+    columns.leftCols(system.jacobian.cols()) = system.jacobian;
+    for (Eigen::Index k = 0; k < system.jacobian.cols(); ++k)
+        if (system.errors[static_cast<std::size_t>(k)] == ErrorKind::SecondMode)
+            columns.col(k).setZero(); // it explains the departures, too
+    columns.rightCols(wanted).setZero();
+    for (Eigen::Index k = 0; k < wanted; ++k)
+        columns.col(system.jacobian.cols() + k).head(system.readings()) =
+            weighted_term(units[static_cast<std::size_t>(k)],
+                          {part.model, recording, part.prediction, part.noise, part.terms});
+    const Eigen::MatrixXd seen = columns(places, Eigen::all);
+    const ScaledSpectrum information(seen.transpose() * seen);
+    const Eigen::VectorXd found =
+        information.solve(seen.transpose() * system.residual(places)).col(0).tail(wanted);
+    const Eigen::MatrixXd own = information.inverse().bottomRightCorner(wanted, wanted);
+    const double square = found.dot(ScaledSpectrum(own).solve(found).col(0));
     if (!(boost::math::gamma_q(0.5 * static_cast<double>(wanted), 0.5 * square) < departure_level))
         return 0.0;
     // The mean square of the departures is that of the estimates less their errors'.
@@ -121,18 +124,18 @@ double scale_of(const RecordingFit& fit, const std::vector<Term>& units,
 
 } // namespace
 
-std::vector<Term> release_errors(const RecordingFit& fit, const measure::Measurement& measurement,
-                                 const std::vector<Term>& others) {
-    const std::vector<run::ShapedMode> modes = resolved_modes(fit);
+std::vector<ErrorTerm> release_terms(const Fit& fit, const ObservedRecording& recording) {
+    const RecordingFit& part = fit.parts.front();
+    const std::vector<run::ShapedMode> modes = resolved_modes(part);
     if (modes.size() < 2)
         return {};
     // Tip deflection and release time already fit amplitude and phase of the first mode.
-    const double pull = std::abs(fit.model.spec.tip_deflection);
-    if (measurement.release == measure::ReleaseKind::Moving)
-        return terms_of(modes, std::vector(modes.size(), pull), 0.0, measurement);
-    const double start = fit.model.release_time;
+    const double pull = std::abs(part.model.spec.tip_deflection);
+    if (recording.release == measure::ReleaseKind::Moving)
+        return terms_of(modes, std::vector(modes.size(), pull), 0.0, recording);
+    const double start = part.model.release_time;
     const double scale =
-        scale_of(fit, terms_of(modes, std::vector(modes.size(), 1.0), start, measurement), others);
+        scale_of(fit, terms_of(modes, std::vector(modes.size(), 1.0), start, recording), recording);
     if (!(scale > 0.0))
         return {};
     // A hand that holds the stem a tenth of its length below the tip changes the amplitude of the
@@ -141,7 +144,7 @@ std::vector<Term> release_errors(const RecordingFit& fit, const measure::Measure
     sizes.reserve(modes.size());
     for (const run::ShapedMode& shaped : modes)
         sizes.push_back(std::min(scale, largest_share * pull * shaped.pull_share));
-    return terms_of(modes, sizes, start, measurement);
+    return terms_of(modes, sizes, start, recording);
 }
 
 } // namespace culm::fit

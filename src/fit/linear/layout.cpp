@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/solve/layout.hpp"
+#include "fit/linear/layout.hpp"
 
 #include "core/error.hpp"
 #include "physics/effects/library.hpp"
@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <map>
 
-#include <Eigen/Eigenvalues>
 #include <fmt/core.h>
 
 namespace culm::fit {
@@ -121,28 +120,6 @@ std::vector<StemModel> reconciled(std::vector<StemModel> models, const JointLayo
     for (std::size_t place = 0; place < layout.owners.size(); ++place)
         reconcile(shared_by(models, layout, place));
     return models;
-}
-
-bool InformationDirections::is_known(Eigen::Index direction) const {
-    // Derivatives by lanes have errors of 1e-5 of the largest, so their products have errors of its
-    // square. The limit has a margin of a hundred.
-    constexpr double smallest_share = 1e-12;
-    return information(direction) > smallest_share * information.maxCoeff();
-}
-
-InformationDirections information_directions(const Eigen::MatrixXd& matrix) {
-    InformationDirections out;
-    // Y in Pa and a mass in kg differ by fifteen decades: without a common scale the eigenvalues
-    // would rank the units.
-    out.scale = matrix.diagonal().cwiseSqrt();
-    for (double& entry : out.scale)
-        entry = entry > 0.0 ? entry : 1.0;
-    const Eigen::MatrixXd scaled =
-        out.scale.cwiseInverse().asDiagonal() * matrix * out.scale.cwiseInverse().asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(scaled);
-    out.information = solver.eigenvalues();
-    out.directions = solver.eigenvectors();
-    return out;
 }
 
 } // namespace culm::fit

@@ -26,31 +26,13 @@
 
 #include "fit/solve/fit.hpp"
 
-#include <span>
 #include <vector>
 
 namespace culm::fit {
 
-/// The terms about a model, at the times of `measurement`; a term that the noise (rows; m) hides is
-/// omitted. A camera that is too slow for the second mode shows it at another frequency, and so do
-/// the terms.
-[[nodiscard]] std::vector<ReadingErrors::Term>
-second_mode_terms(const StemModel& model, std::span<const double> noise,
-                  const measure::Measurement& measurement);
-
-/// The recordings with the terms of the second mode about `models`, one for each, instead of those
-/// that they have. A recording without error terms is returned unchanged. `fits` have the noise.
-[[nodiscard]] std::vector<ObservedRecording>
-with_second_mode_terms(std::span<const ObservedRecording> recordings,
-                       std::span<const StemModel> models, std::span<const RecordingFit> fits);
-
-/// The recording with these error terms of a model instead of those that it has.
-[[nodiscard]] ObservedRecording with_model_terms(const ObservedRecording& recording,
-                                                 const std::vector<ReadingErrors::Term>& terms);
-
-/// Do both have nearly the same columns as terms of a model: correlated by 0.98, of lengths within
-/// a tenth?
-[[nodiscard]] bool have_like_model_terms(std::span<const ObservedRecording> one,
-                                         std::span<const ObservedRecording> other);
+/// The terms about a fit, at its times; a term that the noise hides is omitted. A camera that is
+/// too slow for the second mode shows it at another frequency, and so do the terms.
+[[nodiscard]] std::vector<ErrorTerm> second_mode_terms(const RecordingFit& fit,
+                                                       const measure::Measurement& measurement);
 
 } // namespace culm::fit

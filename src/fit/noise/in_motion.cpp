@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "fit/noise/in_motion.hpp"
+
 #include "core/order_statistics.hpp"
-#include "fit/solve/reading_errors.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "run/modes.hpp"
 
@@ -40,7 +41,7 @@ struct Line {
 /// The modes and the drift, the most important ones first.
 std::vector<Line> lines_of(const RecordingFit& fit, double half_rate) {
     std::vector<Line> lines;
-    const auto modes = run::chain_modes(case_beside_errors(fit.model), 3);
+    const auto modes = run::chain_modes(computed_case(fit.model), 3);
     if (modes.empty())
         return lines;
     const double first = modes.front().frequency;

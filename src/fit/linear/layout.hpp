@@ -9,8 +9,6 @@
 #include <span>
 #include <vector>
 
-#include <Eigen/Core>
-
 namespace culm::fit {
 
 /// Has the parameter a value for each recording: tip deflection, release time, and those of effects
@@ -47,19 +45,5 @@ struct JointLayout {
 /// models. Throws core::NumericalError (FitFailed) if no value is within all bounds.
 [[nodiscard]] std::vector<StemModel> reconciled(std::vector<StemModel> models,
                                                 const JointLayout& layout);
-
-/// Eigenvectors of an information matrix Jᵀ W J, (parameters, parameters), whose parameters are
-/// scaled by the root of the diagonal, or by 1 if the readings do not determine one.
-struct InformationDirections {
-    Eigen::VectorXd scale;       ///< (parameters)
-    Eigen::VectorXd information; ///< (directions), rising
-    Eigen::MatrixXd directions;  ///< (parameters, directions), scaled and orthonormal
-
-    /// Is the information, relative to the largest, above the errors of the derivatives of runs?
-    [[nodiscard]] bool is_known(Eigen::Index direction) const;
-};
-
-/// `matrix` is symmetric and has at least one row.
-[[nodiscard]] InformationDirections information_directions(const Eigen::MatrixXd& matrix);
 
 } // namespace culm::fit

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A release by hand, or a motion whose release was not recorded: each resolved mode but the first
+// starts with an amplitude and a velocity of its own.
+#pragma once
+
+#include "fit/solve/fit.hpp"
+
+#include <vector>
+
+namespace culm::fit {
+
+/// About a fit of one recording. ErrorKind::Start if the release was not recorded. Otherwise
+/// ErrorKind::Release, and empty unless an exact release shows departures as large as those in the
+/// first two periods in at most one case of a thousand.
+[[nodiscard]] std::vector<ErrorTerm> release_terms(const Fit& fit,
+                                                   const ObservedRecording& recording);
+
+} // namespace culm::fit

@@ -1,0 +1,376 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/solve/error_solution.hpp"
+
+#include "fit/linear/scaled_solve.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <utility>
+
+namespace culm::fit {
+namespace {
+
+/// Passes in which an unknown noise follows from what remains.
+constexpr int noise_passes = 3;
+/// A term that would move further contradicts the readings, and the solution is no longer linear.
+constexpr double largest_pull = 5.0;
+
+class ErrorSolution {
+  public:
+    ErrorSolution(std::span<const ObservedRecording> recordings, const JointLayout& layout,
+                  const std::vector<bool>& is_held, Fit& fit)
+        : recordings_(recordings), layout_(layout), is_held_(is_held), fit_(fit),
+          count_(static_cast<Eigen::Index>(layout.ids.size())) {}
+
+    void run() {
+        const bool is_known = std::ranges::all_of(fit_.parts, &RecordingFit::is_noise_known);
+        for (int pass = 0; pass < (is_known ? 1 : noise_passes); ++pass) {
+            build(pass == 0);
+            solve();
+            if (!is_known)
+                scale_noise();
+        }
+        add_sums();
+        add_covariance();
+        add_remaining();
+        add_pulls();
+        if (has_factors_)
+            take_solution();
+    }
+
+  private:
+    void build(bool is_first) {
+        fit_.system = weighted_system(layout_, parts_of(fit_, recordings_));
+        begins_.assign(1, 0);
+        for (const RecordingFit& part : fit_.parts)
+            begins_.push_back(begins_.back() + std::ssize(part.residuals));
+        fit_.own_weighted_rms = std::sqrt(fit_.system.residual.squaredNorm() /
+                                          std::max<double>(1.0, double(fit_.readings)));
+        if (is_first)
+            fit_.weighted_rms = fit_.own_weighted_rms;
+        take_back_factors();
+    }
+
+    /// The stated inputs take the place of the factors of Y and β.
+    void take_back_factors() {
+        WeightedSystem& system = fit_.system;
+        for (std::size_t k = 0; k < system.errors.size(); ++k) {
+            if (system.errors[k] != ErrorKind::Modulus && system.errors[k] != ErrorKind::Damping)
+                continue;
+            has_factors_ = true;
+            const auto place = static_cast<Eigen::Index>(k);
+            const auto [model, parameter] = layout_.owners[k];
+            system.residual +=
+                fit_.parts[model].model.value(parameter) * system.jacobian.col(place);
+            system.jacobian.col(place).setZero();
+        }
+    }
+
+    void solve() {
+        const Eigen::MatrixXd& jacobian = fit_.system.jacobian;
+        StartModels models = start_from(fit_);
+        Eigen::VectorXd lower = Eigen::VectorXd::Constant(jacobian.cols(), -largest_pull);
+        Eigen::VectorXd upper = -lower;
+        for (Eigen::Index k = 0; k < count_; ++k)
+            std::tie(lower(k), upper(k)) =
+                is_held_[static_cast<std::size_t>(k)]
+                    ? std::pair(0.0, 0.0)
+                    : bounds_of(models, layout_.owners[static_cast<std::size_t>(k)]);
+        Eigen::VectorXd gradient = jacobian.transpose() * fit_.system.residual;
+        // A fit is at its minimum. What remains of its gradient is an error of the derivatives,
+        // which leads far along a valley; only the terms move the parameters.
+        for (Eigen::Index k = 0; k < count_ && !has_factors_; ++k)
+            if (!fit_.parameters[static_cast<std::size_t>(k)].is_at_bound)
+                gradient(k) = 0.0;
+        change_ = bounded_minimum(jacobian.transpose() * jacobian, gradient, lower, upper);
+        left_ = fit_.system.residual - jacobian * change_;
+    }
+
+    [[nodiscard]] double left_of(std::size_t m) const {
+        return left_.segment(begins_[m], begins_[m + 1] - begins_[m]).squaredNorm();
+    }
+
+    /// Number of free parameters of a part, or of all. An error term adds a residual and so takes
+    /// no degree of freedom.
+    [[nodiscard]] std::size_t free_count(const std::vector<JointLayout::Share>& shares) const {
+        return static_cast<std::size_t>(std::ranges::count_if(shares, [&](const auto& share) {
+            return !is_held_[share.place] && !fit_.system.errors[share.place];
+        }));
+    }
+
+    void scale_noise() {
+        for (std::size_t m = 0; m < fit_.parts.size(); ++m) {
+            RecordingFit& part = fit_.parts[m];
+            if (part.is_noise_known)
+                continue;
+            const double degrees = std::max<double>(1.0, double(part.readings) -
+                                                             double(free_count(layout_.shares[m])));
+            const double factor = std::sqrt(std::max(left_of(m) / degrees, 1e-300));
+            for (double& noise : part.noise)
+                noise *= factor;
+        }
+    }
+
+    void add_sums() {
+        fit_.misfits.clear();
+        std::vector<bool> is_counted(static_cast<std::size_t>(change_.size()), false);
+        fit_.chi_squared = 0.0;
+        for (std::size_t m = 0; m < fit_.parts.size(); ++m) {
+            RecordingFit& part = fit_.parts[m];
+            const std::size_t free = free_count(layout_.shares[m]);
+            part.degrees_of_freedom = part.readings > free ? part.readings - free : 0;
+            const auto degrees =
+                static_cast<double>(std::max<std::size_t>(part.degrees_of_freedom, 1));
+            part.chi_squared = part.is_noise_known ? left_of(m) + pulls_of(m, is_counted) : degrees;
+            part.reduced_chi_squared = part.chi_squared / degrees;
+            fit_.chi_squared += part.chi_squared;
+        }
+        std::vector<JointLayout::Share> all;
+        for (std::size_t k = 0; k < layout_.ids.size(); ++k)
+            all.push_back({k, 1.0});
+        const std::size_t free = free_count(all);
+        fit_.degrees_of_freedom = fit_.readings > free ? fit_.readings - free : 0;
+        fit_.reduced_chi_squared =
+            fit_.chi_squared / double(std::max<std::size_t>(fit_.degrees_of_freedom, 1));
+    }
+
+    /// Sum of the squares of the terms that this recording has first.
+    [[nodiscard]] double pulls_of(std::size_t m, std::vector<bool>& is_counted) const {
+        double sum = 0.0;
+        Eigen::Index row = fit_.system.readings();
+        for (std::size_t k = 0; k < is_counted.size(); ++k) {
+            if (!fit_.system.errors[k])
+                continue;
+            const double value = left_(row++);
+            const std::string& id = fit_.system.ids[k].name;
+            const bool is_own = k < layout_.owners.size()
+                                    ? layout_.owners[k].model == m
+                                    : std::ranges::find(fit_.parts[m].terms, id, &ErrorTerm::id) !=
+                                          fit_.parts[m].terms.end();
+            if (!is_own || is_counted[k])
+                continue;
+            is_counted[k] = true;
+            sum += value * value;
+        }
+        return sum;
+    }
+
+    void add_covariance() {
+        const double misfit = std::max(1.0, fit_.reduced_chi_squared);
+        const Eigen::Index readings = fit_.system.readings();
+        const Eigen::MatrixXd jacobian = fit_.system.jacobian.topRows(readings);
+        const Eigen::MatrixXd constraints =
+            fit_.system.jacobian.bottomRows(fit_.system.constraints);
+        const auto information = [&](const std::vector<Eigen::Index>& columns, double factor) {
+            const Eigen::MatrixXd of = jacobian(Eigen::all, columns);
+            const Eigen::MatrixXd with = constraints(Eigen::all, columns);
+            return Eigen::MatrixXd(of.transpose() * of / factor + with.transpose() * with);
+        };
+        std::vector<Eigen::Index> own;
+        std::vector<Eigen::Index> all;
+        for (Eigen::Index k = 0; k < jacobian.cols(); ++k)
+            if (k >= count_ || !is_held_[static_cast<std::size_t>(k)]) {
+                all.push_back(k);
+                if (k < count_)
+                    own.push_back(k);
+            }
+        const ScaledSpectrum together(information(all, misfit));
+        together_ = Eigen::MatrixXd::Zero(jacobian.cols(), jacobian.cols());
+        together_(all, all) = together.covariance();
+        changes_ = Eigen::MatrixXd::Zero(count_, jacobian.cols());
+        fit_.covariance = Eigen::MatrixXd::Zero(count_, count_);
+        if (own.empty())
+            return;
+        const ScaledSpectrum alone(information(own, 1.0));
+        const Eigen::MatrixXd of = jacobian(Eigen::all, own);
+        changes_(own, Eigen::all) = alone.solve(of.transpose() * jacobian);
+        changes_.leftCols(count_).setZero(); // fitted
+        fit_.covariance(own, own) = ScaledSpectrum(information(own, misfit)).covariance();
+        fit_.covariance += changes_ * changes_.transpose();
+    }
+
+    /// What the terms and the change of the parameters leave of the residuals.
+    void add_remaining() {
+        for (std::size_t m = 0; m < fit_.parts.size(); ++m) {
+            RecordingFit& part = fit_.parts[m];
+            const ChainPrediction& prediction = part.prediction;
+            part.remaining = part.residuals;
+            const auto subtract = [&](double amount, std::size_t at, double by) {
+                if (std::isfinite(by))
+                    part.remaining[at] -= amount * by;
+            };
+            for (std::size_t at = 0; at < part.remaining.size(); ++at) {
+                for (std::size_t k = 0; k < layout_.shares[m].size(); ++k)
+                    subtract(explained(m, k), at,
+                             prediction.jacobian[at * prediction.parameters + k]);
+                for (const ErrorTerm& term : part.terms)
+                    subtract(change_(place_of(term.id)), at, term.readings[at]);
+            }
+            double squares = 0.0;
+            for (const double each : part.remaining)
+                squares += std::isnan(each) ? 0.0 : each * each;
+            fit_.misfits.push_back(
+                {part.readings, part.is_noise_known ? left_of(m) : part.chi_squared,
+                 std::sqrt(squares / double(std::max<std::size_t>(part.readings, 1))),
+                 part.is_noise_known});
+        }
+    }
+
+    /// Change of free number `k` of a part in the solution.
+    [[nodiscard]] double explained(std::size_t m, std::size_t k) const {
+        const std::size_t place = layout_.shares[m][k].place;
+        const bool is_factor = has_factors_ && (fit_.system.errors[place] == ErrorKind::Modulus ||
+                                                fit_.system.errors[place] == ErrorKind::Damping);
+        return is_factor ? -fit_.parts[m].model.value(k)
+                         : change_(static_cast<Eigen::Index>(place));
+    }
+
+    [[nodiscard]] Eigen::Index place_of(const std::string& id) const {
+        const auto found = std::find_if(fit_.system.ids.begin() + count_, fit_.system.ids.end(),
+                                        [&](const auto& each) { return each.name == id; });
+        return found - fit_.system.ids.begin();
+    }
+
+    void add_pulls() {
+        fit_.pulls.clear();
+        for (Eigen::Index k = 0; k < change_.size(); ++k) {
+            const auto place = static_cast<std::size_t>(k);
+            const std::optional<ErrorKind> kind = fit_.system.errors[place];
+            if (!kind)
+                continue;
+            double value = change_(k);
+            if (k < count_) {
+                const auto [model, parameter] = layout_.owners[place];
+                value += fit_.parts[model].model.value(parameter);
+            }
+            Pull& pull = fit_.pulls.emplace_back(
+                Pull{*kind, fit_.system.ids[place].name, value, std::sqrt(together_(k, k)), {}});
+            for (Eigen::Index p = 0; p < count_; ++p) {
+                const auto [model, parameter] = layout_.owners[static_cast<std::size_t>(p)];
+                pull.changes.push_back(changes_(p, k) /
+                                       fit_.parts[model].model.coordinate_slope(parameter));
+            }
+        }
+    }
+
+    /// The values of the solution; the prediction remains that of the fit.
+    void take_solution() {
+        fit_.has_moved_inputs = true;
+        fit_.covariance = together_.topLeftCorner(count_, count_);
+        StartModels models = moved(start_from(fit_), layout_, change_.head(count_));
+        for (std::size_t m = 0; m < models.size(); ++m) {
+            StemModel& model = models[m];
+            const physics::StemParameters<double>& stem = fit_.parts[m].model.spec.stem;
+            for (std::size_t k = model.first_error(); k < model.free_count(); ++k) {
+                const ErrorTerm& term = model.error_term(k); // the recording's own Y and β stay
+                if (term.kind == ErrorKind::Modulus)
+                    model.set_value(k,
+                                    model.value(k) - std::log(model.spec.stem.bond_youngs_modulus /
+                                                              stem.bond_youngs_modulus) /
+                                                         term.log_modulus);
+                if (term.kind == ErrorKind::Damping)
+                    model.set_value(k, model.value(k) - std::log(model.spec.stem.bond_damping /
+                                                                 stem.bond_damping) /
+                                                            term.log_damping);
+            }
+            fit_.parts[m].model = std::move(model);
+        }
+        change_.head(count_).setZero();
+    }
+
+  public:
+    /// Of the parameters, after run().
+    [[nodiscard]] const Eigen::VectorXd& change() const { return change_; }
+
+  private:
+    std::span<const ObservedRecording> recordings_;
+    const JointLayout& layout_;
+    const std::vector<bool>& is_held_;
+    Fit& fit_;
+    Eigen::Index count_;               ///< of parameters and fitted terms
+    std::vector<Eigen::Index> begins_; ///< (recordings + 1) first rows
+    Eigen::VectorXd change_;           ///< (columns)
+    Eigen::VectorXd left_;             ///< (rows)
+    Eigen::MatrixXd changes_;          ///< (parameters, columns) by one unit of a term
+    Eigen::MatrixXd together_;         ///< (columns, columns) covariance of the solution
+    bool has_factors_ = false;
+};
+
+} // namespace
+
+void solve_with_errors(std::span<const ObservedRecording> recordings, const JointLayout& layout,
+                       const std::vector<bool>& is_held, Fit& fit) {
+    ErrorSolution solution(recordings, layout, is_held, fit);
+    solution.run();
+    for (std::size_t k = 0; k < layout.ids.size(); ++k) {
+        const auto [model, parameter] = layout.owners[k];
+        FittedParameter& joint = fit.parameters[k];
+        const StemModel& owner = fit.parts[model].model;
+        joint.value = owner.value(parameter);
+        const auto place = static_cast<Eigen::Index>(k);
+        joint.standard_error =
+            std::sqrt(fit.covariance(place, place)) / std::abs(owner.coordinate_slope(parameter));
+        joint.value_with_errors =
+            from_coordinate(joint.fitted_as,
+                            to_coordinate(joint.fitted_as, joint.value) + solution.change()(place));
+    }
+    for (std::size_t m = 0; m < fit.parts.size(); ++m)
+        for (std::size_t k = 0; k < layout.shares[m].size(); ++k) {
+            const auto [place, factor] = layout.shares[m][k];
+            FittedParameter& own = fit.parts[m].parameters[k];
+            own.value = fit.parts[m].model.value(k);
+            own.standard_error = factor * fit.parameters[place].standard_error;
+            own.value_with_errors = factor * fit.parameters[place].value_with_errors;
+        }
+}
+
+std::vector<SystemPart> parts_of(const Fit& fit, std::span<const ObservedRecording> recordings) {
+    std::vector<SystemPart> parts;
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        const RecordingFit& part = fit.parts[m];
+        parts.push_back({part.model, recordings[m], part.prediction, part.noise, part.terms});
+    }
+    return parts;
+}
+
+WeightedSystem system_at(const StartModels& models, const Fit& fit,
+                         std::span<const ObservedRecording> recordings,
+                         const run::Heartbeat& heartbeat) {
+    std::vector<ChainPrediction> predictions;
+    for (std::size_t m = 0; m < models.size(); ++m)
+        predictions.push_back(predict_readings(models[m], fit.parts[m].times, heartbeat));
+    std::vector<SystemPart> parts;
+    for (std::size_t m = 0; m < models.size(); ++m)
+        parts.push_back(
+            {models[m], recordings[m], predictions[m], fit.parts[m].noise, fit.parts[m].terms});
+    return weighted_system(joint_layout(models, recordings), parts);
+}
+
+std::vector<Eigen::VectorXd> readings_together(const std::vector<StartModels>& runs, const Fit& fit,
+                                               std::span<const ObservedRecording> recordings,
+                                               const run::Heartbeat& heartbeat, int& batches) {
+    std::vector<Eigen::VectorXd> readings(runs.size(),
+                                          Eigen::VectorXd::Zero(fit.system.residual.size()));
+    Eigen::Index row = 0;
+    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+        const RecordingFit& part = fit.parts[m];
+        std::vector<StemModel> models;
+        for (const StartModels& run : runs)
+            models.push_back(run[m]);
+        const std::vector<ChainPrediction> predictions =
+            predict_together(models, part.times, heartbeat);
+        const Eigen::Index size = std::ssize(part.residuals);
+        for (const ChainPrediction& each : predictions)
+            batches += each.batches;
+        for (std::size_t k = 0; k < runs.size(); ++k)
+            readings[k].segment(row, size) = weighted_readings(
+                {models[k], recordings[m], predictions[k], part.noise, part.terms});
+        row += size;
+    }
+    return readings;
+}
+
+} // namespace culm::fit
