@@ -25,11 +25,12 @@ Eigen::VectorXd usable(Eigen::VectorXd scale) {
 Projector::Projector(const Eigen::MatrixXd& columns)
     : columns_(columns), scale_(usable(columns.colwise().norm().transpose())) {
     solver_.setThreshold(least_independence);
-    solver_.compute(columns * scale_.cwiseInverse().asDiagonal());
+    if (columns.size() > 0)
+        solver_.compute(columns * scale_.cwiseInverse().asDiagonal());
 }
 
 Eigen::MatrixXd Projector::coefficients(const Eigen::MatrixXd& wanted) const {
-    if (columns_.isZero(0.0)) // nothing moves: the solver would divide by zero
+    if (columns_.size() == 0 || columns_.isZero(0.0)) // nothing moves: the solver would divide by zero
         return Eigen::MatrixXd::Zero(columns_.cols(), wanted.cols());
     return scale_.cwiseInverse().asDiagonal() * Eigen::MatrixXd(solver_.solve(wanted));
 }

@@ -79,12 +79,15 @@ class ErrorSolution {
                 is_held_[static_cast<std::size_t>(k)]
                     ? std::pair(0.0, 0.0)
                     : bounds_of(models, layout_.owners[static_cast<std::size_t>(k)]);
-        Eigen::VectorXd gradient = jacobian.transpose() * fit_.system.residual;
         // A fit is at its minimum. What remains of its gradient is an error of the derivatives,
         // which leads far along a valley; only the terms move the parameters.
+        std::vector<Eigen::Index> free;
         for (Eigen::Index k = 0; k < count_ && !has_factors_; ++k)
-            if (!fit_.parameters[static_cast<std::size_t>(k)].is_at_bound)
-                gradient(k) = 0.0;
+            if (!fit_.parameters[static_cast<std::size_t>(k)].is_at_bound && lower(k) < upper(k))
+                free.push_back(k);
+        const Eigen::VectorXd residual =
+            Projector(jacobian(Eigen::all, free)).remainder(fit_.system.residual);
+        const Eigen::VectorXd gradient = jacobian.transpose() * residual;
         change_ = bounded_minimum(jacobian.transpose() * jacobian, gradient, lower, upper);
         left_ = fit_.system.residual - jacobian * change_;
     }

@@ -125,6 +125,23 @@ class LeastSquares {
         return out;
     }
 
+    /// Takes a last small step without a run: its error is of second order.
+    void take_linear(const Step& step, Point& point) const {
+        for (std::size_t m = 0; m < point.predictions.size(); ++m) {
+            ChainPrediction& prediction = point.predictions[m];
+            for (std::size_t k = 0; k < prediction.parameters; ++k) {
+                const auto [place, factor] = problem_.layout.shares[m][k];
+                const double change = factor * step.change(static_cast<Eigen::Index>(place));
+                for (std::size_t at = 0; at < prediction.readings.size(); ++at)
+                    if (const double slope = prediction.jacobian[at * prediction.parameters + k];
+                        std::isfinite(slope))
+                        prediction.readings[at] += change * slope;
+            }
+        }
+        point.models = moved(std::move(point.models), problem_.layout, step.change);
+        point.cost -= step.promised;
+    }
+
     [[nodiscard]] StartModels after(const Point& point, const Step& step) const {
         return moved_in_valley(point.models, problem_.layout, step.change);
     }
@@ -338,6 +355,11 @@ JointSolution solve(const JointProblem& problem, const StartModels& models,
     std::string message;
     iterate(equations, purpose == Purpose::Final ? final_improvement : passing_improvement,
             problem.options.largest_iterations, point, has_converged, message);
+    if (has_converged && purpose == Purpose::Final) {
+        const Step last = equations.step(point, 0.0);
+        if (last.promised < final_improvement * point.cost / double(equations.readings()))
+            equations.take_linear(last, point);
+    }
     return equations.solution_at(std::move(point), has_converged, std::move(message));
 }
 
