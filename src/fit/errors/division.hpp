@@ -8,7 +8,7 @@
 // recording, σ_f = √(6/n) σ/(π A T) (Montgomery & O'Donoghue 1999).
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/solve/fit_result.hpp"
 
 #include <optional>
 #include <vector>

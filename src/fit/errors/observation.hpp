@@ -2,7 +2,7 @@
 // Errors of what observes the stem: places in a picture, sensors.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/solve/fit_result.hpp"
 
 #include <vector>
 

@@ -3,7 +3,7 @@
 // starts with an amplitude and a velocity of its own.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/solve/fit_result.hpp"
 
 #include <vector>
 

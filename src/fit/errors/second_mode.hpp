@@ -24,7 +24,7 @@
 // phase after a few cycles.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/solve/fit_result.hpp"
 
 #include <vector>
 

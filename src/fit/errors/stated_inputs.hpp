@@ -6,7 +6,7 @@
 // the readings determine its frequency, so in a solution Y compensates and the sum is small.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/solve/fit_result.hpp"
 
 #include <string>
 #include <vector>

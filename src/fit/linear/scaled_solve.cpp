@@ -30,7 +30,8 @@ Projector::Projector(const Eigen::MatrixXd& columns)
 }
 
 Eigen::MatrixXd Projector::coefficients(const Eigen::MatrixXd& wanted) const {
-    if (columns_.size() == 0 || columns_.isZero(0.0)) // nothing moves: the solver would divide by zero
+    if (columns_.size() == 0 ||
+        columns_.isZero(0.0)) // nothing moves: the solver would divide by zero
         return Eigen::MatrixXd::Zero(columns_.cols(), wanted.cols());
     return scale_.cwiseInverse().asDiagonal() * Eigen::MatrixXd(solver_.solve(wanted));
 }

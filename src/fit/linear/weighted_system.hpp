@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A model of one or several recordings at a point of its parameters, as the linear problem
+// A model of one or several recordings at a point of its parameters, as a linear problem.
 //
 //     residual = jacobian · change + white noise of unit variance.
 //

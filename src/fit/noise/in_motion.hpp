@@ -2,7 +2,7 @@
 // The noise of the readings while the stem moves, from the residuals of a fit.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/solve/fit_result.hpp"
 
 namespace culm::fit {
 

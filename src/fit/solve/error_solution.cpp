@@ -17,6 +17,7 @@ namespace {
 constexpr int noise_passes = 3;
 /// A term that would move further contradicts the readings, and the solution is no longer linear.
 constexpr double largest_pull = 5.0;
+constexpr double no_limit = 1e6;
 
 class ErrorSolution {
   public:
@@ -72,7 +73,9 @@ class ErrorSolution {
     void solve() {
         const Eigen::MatrixXd& jacobian = fit_.system.jacobian;
         StartModels models = start_from(fit_);
-        Eigen::VectorXd lower = Eigen::VectorXd::Constant(jacobian.cols(), -largest_pull);
+        // The inputs take over whatever the factors have explained.
+        Eigen::VectorXd lower =
+            Eigen::VectorXd::Constant(jacobian.cols(), has_factors_ ? -no_limit : -largest_pull);
         Eigen::VectorXd upper = -lower;
         for (Eigen::Index k = 0; k < count_; ++k)
             std::tie(lower(k), upper(k)) =
@@ -242,8 +245,8 @@ class ErrorSolution {
         for (Eigen::Index k = 0; k < change_.size(); ++k) {
             const auto place = static_cast<std::size_t>(k);
             const std::optional<ErrorKind> kind = fit_.system.errors[place];
-            if (!kind)
-                continue;
+            if (!kind || *kind == ErrorKind::Modulus || *kind == ErrorKind::Damping)
+                continue; // of the factors, the inputs have taken over
             double value = change_(k);
             if (k < count_) {
                 const auto [model, parameter] = layout_.owners[place];

@@ -2,7 +2,7 @@
 // The linear solution about a fit with all error terms (the mathematics: fit.hpp).
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/solve/fit_result.hpp"
 
 #include <span>
 #include <vector>

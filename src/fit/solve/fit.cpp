@@ -6,7 +6,6 @@
 #include "fit/errors/stated_inputs.hpp"
 #include "fit/solve/error_solution.hpp"
 #include "fit/solve/fit_statistics.hpp"
-#include "reduce/distributions.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>
@@ -20,19 +19,6 @@
 #include <fmt/core.h>
 
 namespace culm::fit {
-
-double interval_half_width(const FittedParameter& parameter) {
-    return reduce::normal_quantile_95 * parameter.standard_error;
-}
-
-bool is_absent(const FittedParameter& parameter) {
-    return !(std::abs(parameter.value - parameter.absent) > interval_half_width(parameter));
-}
-
-const FittedParameter* RecordingFit::find(const physics::ParameterId& id) const {
-    const auto found = std::ranges::find(parameters, id, &FittedParameter::id);
-    return found == parameters.end() ? nullptr : &*found;
-}
 
 namespace {
 
@@ -224,19 +210,6 @@ Fit fit_with_held(const StemModel& model, const ObservedRecording& measurement,
                   const std::vector<bool>& is_held, const FitOptions& options) {
     return fit_jointly({&model, 1}, {&measurement, 1},
                        {options.solve(), is_held, {}, {}, options.with_inputs});
-}
-
-StartModels start_from(const Fit& fit) {
-    StartModels start;
-    for (const RecordingFit& part : fit.parts)
-        start.push_back(part.model);
-    return start;
-}
-
-FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat) {
-    if (heartbeat)
-        options.heartbeat = heartbeat;
-    return options;
 }
 
 } // namespace culm::fit

@@ -2,7 +2,7 @@
 // Residuals and parameters of a fit whose parts have their models and predictions.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/solve/fit_result.hpp"
 
 #include <span>
 #include <vector>

@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/solve/fit_result.hpp"
+
+#include "reduce/distributions.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace culm::fit {
+
+double interval_half_width(const FittedParameter& parameter) {
+    return reduce::normal_quantile_95 * parameter.standard_error;
+}
+
+bool is_absent(const FittedParameter& parameter) {
+    return !(std::abs(parameter.value - parameter.absent) > interval_half_width(parameter));
+}
+
+const FittedParameter* RecordingFit::find(const physics::ParameterId& id) const {
+    const auto found = std::ranges::find(parameters, id, &FittedParameter::id);
+    return found == parameters.end() ? nullptr : &*found;
+}
+
+StartModels start_from(const Fit& fit) {
+    StartModels start;
+    for (const RecordingFit& part : fit.parts)
+        start.push_back(part.model);
+    return start;
+}
+
+FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat) {
+    if (heartbeat)
+        options.heartbeat = heartbeat;
+    return options;
+}
+
+} // namespace culm::fit
