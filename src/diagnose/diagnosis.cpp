@@ -27,9 +27,11 @@ std::vector<std::string> names_of(const fit::SelectedEffects& effects,
 }
 
 fit::Fit fit_of(const SearchResult& search, std::size_t model, const DiagnosisOptions& options) {
-    return model == search.best
-               ? search.best_fit
-               : fit::rerun(search.visited[model].fit, search.chain.recordings, options.candidate);
+    if (model == search.best)
+        return search.best_fit;
+    if (model == 0 && options.known.empty())
+        return search.chain.fit;
+    return fit::rerun(search.visited[model].fit, search.chain.recordings, options.candidate);
 }
 
 /// Was the model fitted with every other law of the library of the effect's family instead of it,

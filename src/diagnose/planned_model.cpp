@@ -286,7 +286,7 @@ fit::Fit fit_larger(const fit::SelectedEffects& effects, const fit::Fit& smaller
     int batches = 0;
     fit::Fit fit = smaller;
     fit::Fit together;
-    fit::SelectedEffects rest = effects;
+    fit::SelectedEffects rest = fit::in_library_order(effects);
     std::erase_if(rest, [&](const auto& each) { return fit::contains(smaller.effects, each); });
     try {
         while (!rest.empty() && !fit.failed()) {

@@ -109,7 +109,7 @@ std::string contradiction_sentence(std::span<const fit::Pull> all, bool describe
                            "uncertainties and still does not describe the readings.",
                            counted(pulls.size(), "stated input"), fit::contradiction);
     return fmt::format("Contradicted inputs, in standard uncertainties: {}. Either they are wrong, "
-                       "or the model lacks an effect.",
+                       "or the model lacks an effect. The tests were made with the inputs moved.",
                        fmt::join(pulls, ", "));
 }
 

@@ -66,18 +66,20 @@ TEST(Ladder, HasNoGainForAPlainRecord) {
 TEST(Ladder, ComparesAStepWithTheLikeliestModelBelow) {
     const diagnose::Ladder ladder = diagnose::climb(
         recording("T2-quadratic_drag").front(),
-        models({"taper", "taper,quadratic_drag", "taper,quadratic_drag,gravity"}), quick_fit());
+        models({"camera_tilt", "camera_tilt,quadratic_drag", "camera_tilt,quadratic_drag,gravity"}),
+        quick_fit());
     ASSERT_EQ(ladder.models.size(), 4u);
-    const diagnose::LadderModel& taper = ladder.models[1];
+    const diagnose::LadderModel& tilted = ladder.models[1];
     const diagnose::LadderModel& drag = ladder.models[2];
-    ASSERT_FALSE(taper.fit.failed() || drag.fit.failed()) << taper.why << drag.why;
-    EXPECT_FALSE(taper.is_gain);
-    EXPECT_EQ(taper.compared_with, 0u);
-    // The taper lowered the evidence, so drag is compared with the baseline, with all that it adds.
+    ASSERT_FALSE(tilted.fit.failed() || drag.fit.failed()) << tilted.why << drag.why;
+    EXPECT_FALSE(tilted.is_gain);
+    EXPECT_EQ(tilted.compared_with, 0u);
+    // The tilt lowered the evidence, so drag is compared with the baseline, with all that it
+    // adds.
     EXPECT_TRUE(drag.is_gain) << drag.why;
     EXPECT_EQ(drag.compared_with, 0u);
-    EXPECT_EQ(drag.added, (std::vector<std::string>{"taper", "quadratic_drag"}));
-    EXPECT_LT(taper.log_evidence, 0.0);
+    EXPECT_EQ(drag.added, (std::vector<std::string>{"quadratic_drag", "camera_tilt"}));
+    EXPECT_LT(tilted.log_evidence, 0.0);
     EXPECT_DOUBLE_EQ(drag.log_evidence_gain, drag.log_evidence);
     const auto modulus = [&](std::size_t model) {
         const fit::RecordingFit& part = ladder.models[model].fit.parts.front();

@@ -35,7 +35,7 @@ diagnose::Diagnosis with_taper(double relative_change) {
     spec.id = "drag";
     spec.heights = beam::even_heights(spec.stem.length, 8);
     spec.duration = 0.35;
-    spec.errors.noise = 0.02e-3;
+    spec.errors.noise = 0.021e-3;
     spec.effects = {{"quadratic_drag", {{"drag_coefficient", 1.5}}},
                     {"taper", {{"relative_change", relative_change}}}};
     const std::vector<measure::Measurement> recordings{beam::record(spec)};

@@ -24,8 +24,7 @@ constexpr double default_place = 0.5e-3;  // m, of a sensor
 constexpr double default_share = 0.01;    // of a diameter, a density, a mass
 
 using Get = std::function<double(const run::CaseSpec&)>;
-/// Access to the number in a stem.
-using Member = double& (*)(measure::MeasuredStem&);
+using Member = std::function<double&(measure::MeasuredStem&)>;
 
 /// The default uncertainty is `otherwise`, or default_share of the value.
 StatedInput input(std::string name, std::string unit, double value, std::optional<double> stated,
@@ -45,12 +44,13 @@ StatedInput stem_input(const measure::MeasuredStem& stem, std::string name, std:
                        std::optional<double> otherwise = std::nullopt) {
     measure::MeasuredStem copy = stem;
     StatedInput out = input(std::move(name), std::move(unit), member(copy), stated, otherwise);
+    out.number = std::move(member);
     out.access.id = {{}, out.name, {}};
     out.access.get = std::move(get);
-    out.access.set = [stem, member](run::CaseSpec& spec, double value) {
+    out.access.set = [stem, number = out.number](run::CaseSpec& spec, double value) {
         measure::MeasuredStem changed = stem;
-        member(changed) = value;
-        set_geometry(changed, spec.stem.sphere_count, spec.stem);
+        number(changed) = value;
+        set_stem(changed, spec);
     };
     return out;
 }
@@ -127,14 +127,12 @@ void add_stem(const measure::Measurement& measurement, std::vector<StatedInput>&
     for (std::size_t k = 0; k < stem.added_masses.size(); ++k) {
         const measure::AddedMass& added = stem.added_masses[k];
         // A balance resolves half a digit at best, and a mass of many digits was computed.
-        StatedInput mass = input(fmt::format("mass at {:.6g} mm", 1e3 * added.height), "kg",
-                                 added.mass, added.mass_uncertainty,
-                                 std::max(default_share * added.mass, 0.5 * added.mass_last_digit));
-        mass.access = {{{}, mass.name, {}},
-                       [k](const run::CaseSpec& spec) { return spec.added_masses[k].mass; },
-                       [k](run::CaseSpec& spec, double to) { spec.added_masses[k].mass = to; },
-                       0.0};
-        inputs.push_back(std::move(mass));
+        inputs.push_back(stem_input(
+            stem, fmt::format("mass at {:.6g} mm", 1e3 * added.height), "kg",
+            [k](measure::MeasuredStem& its) -> double& { return its.added_masses[k].mass; },
+            added.mass_uncertainty,
+            [k](const run::CaseSpec& spec) { return spec.added_masses[k].mass; },
+            std::max(default_share * added.mass, 0.5 * added.mass_last_digit)));
     }
 }
 
@@ -263,6 +261,30 @@ class InputChanges {
 };
 
 } // namespace
+
+void set_stem(const measure::MeasuredStem& stem, run::CaseSpec& spec) {
+    set_geometry(stem, spec.stem.sphere_count, spec.stem);
+    for (std::size_t k = 0; k < stem.added_masses.size(); ++k)
+        spec.added_masses[k].mass = stem.added_masses[k].mass;
+}
+
+std::pair<measure::MeasuredStem, std::vector<double>>
+restated(const measure::Measurement& measurement, const std::vector<StatedInput>& inputs,
+         std::span<const double> errors) {
+    measure::MeasuredStem stem = measurement.stem;
+    std::vector<double> heights = measurement.heights;
+    for (std::size_t k = 0; k < inputs.size(); ++k) {
+        const double change = errors[k] * inputs[k].standard_uncertainty;
+        if (inputs[k].acts == InputActs::OnChain)
+            inputs[k].number(stem) += change;
+        for (std::size_t j = 0; j < heights.size(); ++j)
+            if (inputs[k].acts == InputActs::OnRows)
+                heights[j] += change;
+            else if (inputs[k].acts == InputActs::OnPicture)
+                heights[j] += change * measurement.heights[j];
+    }
+    return {std::move(stem), std::move(heights)};
+}
 
 run::CaseParameter height_of_rows(const measure::Measurement& measurement) {
     const std::vector<double>& stated = measurement.heights;

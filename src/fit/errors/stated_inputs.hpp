@@ -8,7 +8,10 @@
 
 #include "fit/solve/fit_result.hpp"
 
+#include <functional>
+#include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace culm::fit {
@@ -25,9 +28,11 @@ enum class InputActs {
 /// A measured quantity that the model takes as a number. SI units.
 struct StatedInput {
     InputActs acts = InputActs::OnChain;
-    run::CaseParameter access; ///< the number in the fitted case, of one that acts on the chain
-    std::string name;          ///< "length", "mass at 156 mm"
-    std::string unit;          ///< "m"; empty: a share
+    /// The number in the stem, and in a fitted case; of one that acts on the chain.
+    std::function<double&(measure::MeasuredStem&)> number;
+    run::CaseParameter access;
+    std::string name; ///< "length", "mass at 156 mm"
+    std::string unit; ///< "m"; empty: a share
     double value = 0.0;
     double standard_uncertainty = 0.0; ///< one standard deviation (JCGM 100)
     bool is_default = false;           ///< the file states none
@@ -39,6 +44,15 @@ struct StatedInput {
 /// defaults of the uncertainties are: length 0.3 mm, clamp height 0.2 mm, scale 0.5 %, every other
 /// quantity 1 % (docs/uncertainty.md); a frame rate is exact. Inputs of uncertainty 0 are omitted.
 [[nodiscard]] std::vector<StatedInput> stated_inputs(const measure::Measurement& measurement);
+
+/// Gives the case the geometry and the added masses of a stem. Y and β stay.
+void set_stem(const measure::MeasuredStem& stem, run::CaseSpec& spec);
+
+/// The stem and the heights that would have been stated if the inputs had these `errors`, in
+/// standard uncertainties.
+[[nodiscard]] std::pair<measure::MeasuredStem, std::vector<double>>
+restated(const measure::Measurement& measurement, const std::vector<StatedInput>& inputs,
+         std::span<const double> errors);
 
 /// A shift of all rows of a measurement's case, m; 0 is the stated position.
 [[nodiscard]] run::CaseParameter height_of_rows(const measure::Measurement& measurement);

@@ -2,6 +2,7 @@
 #include "fit/solve/error_solution.hpp"
 
 #include "fit/linear/scaled_solve.hpp"
+#include "fit/solve/moved_inputs.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,22 +16,36 @@ namespace {
 
 /// Passes in which an unknown noise follows from what remains.
 constexpr int noise_passes = 3;
-/// A term that would move further contradicts the readings, and the solution is no longer linear.
-constexpr double largest_pull = 5.0;
+/// Pulls, in standard uncertainties, up to which the solution of an inadequate model is linear.
+constexpr double linear_pull = 5.0;
+/// Likewise of a model that may be adequate with other inputs, whose solution is run.
+constexpr double largest_pull = 20.0;
+constexpr double nearly_adequate = 2.0; ///< reduced χ² in that solution
+constexpr int most_passes = 3;          ///< of runs with new derivatives
 constexpr double no_limit = 1e6;
 
 class ErrorSolution {
   public:
     ErrorSolution(std::span<const ObservedRecording> recordings, const JointLayout& layout,
-                  const std::vector<bool>& is_held, Fit& fit)
-        : recordings_(recordings), layout_(layout), is_held_(is_held), fit_(fit),
-          count_(static_cast<Eigen::Index>(layout.ids.size())) {}
+                  const std::vector<bool>& is_held, const run::Heartbeat& heartbeat, Fit& fit)
+        : recordings_(recordings), layout_(layout), is_held_(is_held), heartbeat_(heartbeat),
+          fit_(fit), count_(static_cast<Eigen::Index>(layout.ids.size())) {}
 
     void run() {
         const bool is_known = std::ranges::all_of(fit_.parts, &RecordingFit::is_noise_known);
-        for (int pass = 0; pass < (is_known ? 1 : noise_passes); ++pass) {
+        const int passes = is_known ? 1 : noise_passes;
+        for (int pass = 0; pass < passes; ++pass) {
             build(pass == 0);
+            limit_ = largest_pull;
             solve();
+            const bool is_near =
+                is_known && left_.squaredNorm() < nearly_adequate * double(fit_.readings);
+            if (!is_near) {
+                limit_ = linear_pull;
+                solve();
+            }
+            if (pass + 1 == passes)
+                run_moved_inputs(is_near ? most_passes : 0);
             if (!is_known)
                 scale_noise();
         }
@@ -72,16 +87,8 @@ class ErrorSolution {
 
     void solve() {
         const Eigen::MatrixXd& jacobian = fit_.system.jacobian;
-        StartModels models = start_from(fit_);
-        // The inputs take over whatever the factors have explained.
-        Eigen::VectorXd lower =
-            Eigen::VectorXd::Constant(jacobian.cols(), has_factors_ ? -no_limit : -largest_pull);
-        Eigen::VectorXd upper = -lower;
-        for (Eigen::Index k = 0; k < count_; ++k)
-            std::tie(lower(k), upper(k)) =
-                is_held_[static_cast<std::size_t>(k)]
-                    ? std::pair(0.0, 0.0)
-                    : bounds_of(models, layout_.owners[static_cast<std::size_t>(k)]);
+        const StartModels models = start_from(fit_);
+        const auto [lower, upper] = limits_of(models, Eigen::VectorXd::Zero(jacobian.cols()));
         // A fit is at its minimum. What remains of its gradient is an error of the derivatives,
         // which leads far along a valley; only the terms move the parameters.
         std::vector<Eigen::Index> free;
@@ -90,9 +97,43 @@ class ErrorSolution {
                 free.push_back(k);
         const Eigen::VectorXd residual =
             Projector(jacobian(Eigen::all, free)).remainder(fit_.system.residual);
-        const Eigen::VectorXd gradient = jacobian.transpose() * residual;
-        change_ = bounded_minimum(jacobian.transpose() * jacobian, gradient, lower, upper);
+        change_ = bounded_minimum(jacobian.transpose() * jacobian, jacobian.transpose() * residual,
+                                  lower, upper);
         left_ = fit_.system.residual - jacobian * change_;
+    }
+
+    /// Limits of the changes of all columns, of which `change` was made before.
+    [[nodiscard]] std::pair<Eigen::VectorXd, Eigen::VectorXd>
+    limits_of(const StartModels& models, const Eigen::VectorXd& change) const {
+        // The inputs take over whatever the factors have explained.
+        const double largest = has_factors_ ? no_limit : limit_;
+        Eigen::VectorXd lower = -change.array() - largest;
+        Eigen::VectorXd upper = -change.array() + largest;
+        for (Eigen::Index k = 0; k < count_; ++k)
+            std::tie(lower(k), upper(k)) =
+                is_held_[static_cast<std::size_t>(k)]
+                    ? std::pair(0.0, 0.0)
+                    : bounds_of(models, layout_.owners[static_cast<std::size_t>(k)]);
+        return {lower, upper};
+    }
+
+    /// Replaces the linear solution by runs where it contradicts inputs of the chain.
+    void run_moved_inputs(int new_derivatives) {
+        if (has_factors_)
+            return; // the inputs have to explain the factors
+        moved_ = moved_inputs(
+            recordings_, layout_, change_,
+            [&](const WeightedSystem& system, const StartModels& models,
+                const Eigen::VectorXd& change) {
+                const auto [lower, upper] = limits_of(models, change);
+                return bounded_minimum(system.jacobian.transpose() * system.jacobian,
+                                       system.jacobian.transpose() * system.residual, lower, upper);
+            },
+            new_derivatives, heartbeat_, fit_);
+        if (moved_) {
+            change_ = moved_->change;
+            left_ = moved_->left;
+        }
     }
 
     [[nodiscard]] double left_of(std::size_t m) const {
@@ -214,6 +255,9 @@ class ErrorSolution {
                              prediction.jacobian[at * prediction.parameters + k]);
                 for (const ErrorTerm& term : part.terms)
                     subtract(change_(place_of(term.id)), at, term.readings[at]);
+                if (moved_)
+                    part.remaining[at] =
+                        part.residuals[at] + prediction.readings[at] - moved_->readings[m][at];
             }
             double squares = 0.0;
             for (const double each : part.remaining)
@@ -295,6 +339,7 @@ class ErrorSolution {
     std::span<const ObservedRecording> recordings_;
     const JointLayout& layout_;
     const std::vector<bool>& is_held_;
+    const run::Heartbeat& heartbeat_;
     Fit& fit_;
     Eigen::Index count_;               ///< of parameters and fitted terms
     std::vector<Eigen::Index> begins_; ///< (recordings + 1) first rows
@@ -302,14 +347,17 @@ class ErrorSolution {
     Eigen::VectorXd left_;             ///< (rows)
     Eigen::MatrixXd changes_;          ///< (parameters, columns) by one unit of a term
     Eigen::MatrixXd together_;         ///< (columns, columns) covariance of the solution
+    std::optional<MovedInputs> moved_; ///< where runs replace the linear solution
+    double limit_ = 0.0;               ///< of a pull
     bool has_factors_ = false;
 };
 
 } // namespace
 
 void solve_with_errors(std::span<const ObservedRecording> recordings, const JointLayout& layout,
-                       const std::vector<bool>& is_held, Fit& fit) {
-    ErrorSolution solution(recordings, layout, is_held, fit);
+                       const std::vector<bool>& is_held, const run::Heartbeat& heartbeat,
+                       Fit& fit) {
+    ErrorSolution solution(recordings, layout, is_held, heartbeat, fit);
     solution.run();
     for (std::size_t k = 0; k < layout.ids.size(); ++k) {
         const auto [model, parameter] = layout.owners[k];

@@ -123,6 +123,21 @@ JointSolution search(const JointProblem& problem, const StartModels& models,
     return best;
 }
 
+/// A chain that follows no motion from time 0 on, which is long before the record begins.
+std::string doubt_of_release(const JointSolution& solution,
+                             std::span<const ObservedRecording> measurements) {
+    for (std::size_t m = 0; m < measurements.size(); ++m)
+        if (const double first = measurements[m].times.front();
+            measurements[m].release != measure::ReleaseKind::Moving &&
+            first > 1.0 / run::natural_frequency(solution.models[m].spec) &&
+            !(remainder(solution, measurements) < small_remainder))
+            return fmt::format("the chain does not follow the motion, and the record begins {:.3g} "
+                               "s after time 0: time 0 is not the release (let the fit begin later "
+                               "with kind = \"moving\" and start_s)",
+                               first);
+    return {};
+}
+
 /// The noise by which the residuals of each recording are divided.
 std::vector<ReadingNoise> noises_of(std::span<const ObservedRecording> measurements,
                                     const JointOptions& options) {
@@ -194,6 +209,11 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
     fit.status = solution.has_converged ? FitStatus::Fitted : FitStatus::Failed;
     if (!solution.has_converged)
         fit.reason = fmt::format("not converged: {}", solution.message);
+    if (options.chain.is_first_guess)
+        if (std::string doubt = doubt_of_release(solution, measurements); !doubt.empty()) {
+            fit.status = FitStatus::Failed;
+            fit.reason = std::move(doubt);
+        }
     fit.batches = solution.batches;
     for (std::size_t m = 0; m < measurements.size(); ++m) {
         RecordingFit& part =
@@ -202,7 +222,7 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
     }
     add_residuals(measurements, fit);
     add_parameters(layout, is_held, fit);
-    solve_with_errors(measurements, layout, is_held, fit);
+    solve_with_errors(measurements, layout, is_held, options.chain.heartbeat, fit);
     return fit;
 }
 

@@ -11,8 +11,9 @@
 namespace culm::fit {
 namespace {
 
-/// A parameter is at a bound within this share of its range or (logarithmic) of its value.
+/// A parameter is at a bound within this share of its value.
 constexpr double nearness = 1e-6;
+constexpr double rounding = 1e-12; ///< likewise of its range, which may span many decades
 
 bool is_near(const FreeParameter& parameter, double value, double bound) {
     switch (parameter.fitted_as) {
@@ -23,7 +24,10 @@ bool is_near(const FreeParameter& parameter, double value, double bound) {
     case physics::FittedAs::Itself:
         break;
     }
-    return std::abs(value - bound) < nearness * (parameter.upper - parameter.lower);
+    const double range = parameter.upper - parameter.lower;
+    const double distance = std::abs(value - bound);
+    return distance < rounding * range ||
+           distance < nearness * std::min(range, std::max(std::abs(value), std::abs(bound)));
 }
 
 void add_part_parameters(RecordingFit& fit) {

@@ -125,6 +125,15 @@ class LeastSquares {
         return out;
     }
 
+    /// Does the step move a parameter away from its bound?
+    [[nodiscard]] bool leaves_bound(const Step& step, const Point& point) const {
+        return std::ranges::any_of(free_, [&](Eigen::Index k) {
+            const auto [lower, upper] =
+                bounds_of(point.models, problem_.layout.owners[static_cast<std::size_t>(k)]);
+            return step.change(k) != 0.0 && (lower == 0.0 || upper == 0.0);
+        });
+    }
+
     /// Takes a last small step without a run: its error is of second order.
     void take_linear(const Step& step, Point& point) const {
         for (std::size_t m = 0; m < point.predictions.size(); ++m) {
@@ -143,7 +152,9 @@ class LeastSquares {
     }
 
     [[nodiscard]] StartModels after(const Point& point, const Step& step) const {
-        return moved_in_valley(point.models, problem_.layout, step.change);
+        return in_valley(
+            [&](double share) { return moved(point.models, problem_.layout, share * step.change); },
+            problem_.layout);
     }
 
     /// Steps that are computed side by side, without derivatives.
@@ -318,18 +329,16 @@ StartModels moved(StartModels models, const JointLayout& layout, const Eigen::Ve
     return models;
 }
 
-StartModels moved_in_valley(const StartModels& models, const JointLayout& layout,
-                            const Eigen::VectorXd& change) {
-    StartModels to = moved(models, layout, change);
+StartModels in_valley(const std::function<StartModels(double)>& at, const JointLayout& layout) {
+    StartModels to = at(1.0);
     const auto found = std::ranges::find(layout.ids, physics::bond_youngs_modulus);
     if (found == layout.ids.end() || layout.ids.size() < 3)
         return to;
-    Eigen::VectorXd of_modulus = Eigen::VectorXd::Zero(change.size());
+    Eigen::VectorXd of_modulus = Eigen::VectorXd::Zero(std::ssize(layout.ids));
     const auto place = static_cast<Eigen::Index>(found - layout.ids.begin());
     const double wanted =
-        log_square(models) + (log_square(moved(models, layout, slope_share * change)) -
-                              log_square(moved(models, layout, -slope_share * change))) /
-                                 (2.0 * slope_share);
+        log_square(at(0.0)) +
+        (log_square(at(slope_share)) - log_square(at(-slope_share))) / (2.0 * slope_share);
     const StartModels straight = to;
     for (int pass = 0; pass < corrections; ++pass) {
         of_modulus(place) = wanted - log_square(to);
@@ -338,6 +347,11 @@ StartModels moved_in_valley(const StartModels& models, const JointLayout& layout
         to = moved(std::move(to), layout, of_modulus);
     }
     return to;
+}
+
+StartModels moved_in_valley(const StartModels& models, const JointLayout& layout,
+                            const Eigen::VectorXd& change) {
+    return in_valley([&](double share) { return moved(models, layout, share * change); }, layout);
 }
 
 JointSolution solve(const JointProblem& problem, const StartModels& models,
@@ -357,7 +371,8 @@ JointSolution solve(const JointProblem& problem, const StartModels& models,
             problem.options.largest_iterations, point, has_converged, message);
     if (has_converged && purpose == Purpose::Final) {
         const Step last = equations.step(point, 0.0);
-        if (last.promised < final_improvement * point.cost / double(equations.readings()))
+        if (last.promised < final_improvement * point.cost / double(equations.readings()) &&
+            !equations.leaves_bound(last, point))
             equations.take_linear(last, point);
     }
     return equations.solution_at(std::move(point), has_converged, std::move(message));

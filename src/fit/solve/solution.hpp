@@ -24,6 +24,7 @@
 #include "fit/linear/weighted_system.hpp"
 #include "fit/model/prediction.hpp"
 
+#include <functional>
 #include <limits>
 #include <optional>
 #include <span>
@@ -87,7 +88,12 @@ struct JointProblem {
 [[nodiscard]] StartModels moved(StartModels models, const JointLayout& layout,
                                 const Eigen::VectorXd& change);
 
-/// The same with the frequency of the straight step to first order, by a change of Y.
+/// The models at the end of a change. `at`: the models at a share of it. Y is corrected such that
+/// their frequency is that of the straight change to first order.
+[[nodiscard]] StartModels in_valley(const std::function<StartModels(double)>& at,
+                                    const JointLayout& layout);
+
+/// in_valley() for moved().
 [[nodiscard]] StartModels moved_in_valley(const StartModels& models, const JointLayout& layout,
                                           const Eigen::VectorXd& change);
 
