@@ -2,7 +2,7 @@
 // Measurements whose stated inputs are wrong.
 #pragma once
 
-#include "fit/solve/reading_errors.hpp"
+#include "fit/errors/stated_inputs.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <cstdint>

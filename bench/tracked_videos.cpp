@@ -243,7 +243,7 @@ measure::Measurement true_measurement(const measure::Track& track, const Scene& 
     std::vector<double> times;
     for (const double time : track.measurement.times) {
         exact.times.push_back(
-            video.time_of(time * track.frames_per_second + track.window.release.number));
+            video.time_of(time * track.frames_per_second + track.window.release.time));
         for (const double shift : video.exposure_parts())
             times.push_back(exact.times.back() + shift);
     }
