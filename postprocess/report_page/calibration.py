@@ -195,7 +195,7 @@ def _add_provenance(section: Section, results: CalibrationResults):
     rows = [[name.replace("_", " "), "–" if value in (None, "") else value]
             for name, value in results.content["options"].items()]
     stems = [stem for stem in results.stems if "failure" not in stem]
-    rows += [["runs of the chain", sum(stem["fit"]["runs"] for stem in stems)],
+    rows += [["batches of lanes", sum(stem["fit"]["runs"] for stem in stems)],
              ["readings", sum(stem["fit"]["readings"] for stem in stems)]]
     rows += [[f"recording of {stem['measurement']}", stem.get("folder", "–")]
              for stem in results.stems]

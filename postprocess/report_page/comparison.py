@@ -133,7 +133,7 @@ def _add_provenance(section: Section, comparison: Comparison):
     rows = [["recording", content["folder"]],
             ["frames, heights", f"{content['frames']}, {content['heights']}"],
             ["noise", f"{shown(content.get('noise_mm'), 3)} mm ({content.get('noise_source', '–')})"],
-            ["runs of the chain", sum(rung["runs"] for rung in comparison.rungs)]]
+            ["batches of lanes", sum(rung["runs"] for rung in comparison.rungs)]]
     rows += [[name.replace("_", " "), "–" if value in (None, "") else value]
              for name, value in content["options"].items()]
     rows += provenance_rows(content)

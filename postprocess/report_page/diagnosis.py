@@ -220,7 +220,7 @@ def _add_provenance(section: Section, content: dict):
              f"{recording['folder']}: {recording['frames']} frames, {recording['heights']} heights, "
              f"noise {shown(recording['noise_mm'], 3)} mm ({recording['noise_source']})"]
             for recording in content["recordings"]]
-    rows.append(["runs of the chain", content["runs"]])
+    rows.append(["batches of lanes", content["runs"]])
     for name, value in content["options"].items():
         text = ", ".join(value) if isinstance(value, list) else value
         rows.append([name.replace("_", " "), "–" if text in (None, "") else text])

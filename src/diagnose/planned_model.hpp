@@ -9,7 +9,6 @@
 #include "fit/fit_numbers.hpp"
 
 #include <limits>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>

@@ -5,7 +5,6 @@
 #include "fit/solve/fit.hpp"
 
 #include <span>
-#include <vector>
 
 namespace culm::fit {
 

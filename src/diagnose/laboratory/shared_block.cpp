@@ -6,7 +6,6 @@
 #include "fit/solve/error_solution.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace culm::diagnose {
 namespace {

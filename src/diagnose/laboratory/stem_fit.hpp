@@ -88,7 +88,7 @@ void fields(Wire& wire, StemFit& stem) {
                                const fit::Fit& from, const Eigen::VectorXd& change,
                                const fit::FitOptions& options);
 
-/// The same with own effects that `from` does not have, from all starts of fit_with_parts().
+/// The same with own effects that `from` does not have, from all starts of fit_larger().
 [[nodiscard]] StemFit fit_stem_from_starts(const ObservedStem& stem, const StemEffects& effects,
                                            const fit::Fit& from, const fit::FitOptions& options);
 

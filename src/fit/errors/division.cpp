@@ -15,12 +15,6 @@ constexpr double likely_order = 4.0 / 3.0; ///< α: errors of order 2, bonds of 
 constexpr double order_doubt = 1.0 / 3.0;
 constexpr double negligible_shift = 0.3; ///< of a frequency's standard deviation
 
-/// The chain with twice the number of bonds and the same first mode.
-struct FinerChain {
-    StemModel model;
-    bool matters = false;
-};
-
 /// Standard deviation of the frequency of a decaying mode, Hz (Montgomery & O'Donoghue 1999).
 /// Frames after a decay by e add almost no information.
 double frequency_uncertainty(const RecordingFit& fit, const NoiseModel* model,
@@ -39,40 +33,37 @@ double frequency_uncertainty(const RecordingFit& fit, const NoiseModel* model,
            (std::numbers::pi * amplitude * duration);
 }
 
-FinerChain finer_chain(const RecordingFit& fit, const NoiseModel* noise_model) {
-    FinerChain finer{fit.model};
-    StemModel& model = finer.model;
-    model.spec = computed_case(fit.model);
-    model.errors.reset();
-    model.error_values.clear();
-    model.parameters.clear();
-    model.release_time_bound = 0.0;
+/// The chain with twice the number of bonds and the same first mode; empty if it makes no
+/// difference.
+std::optional<StemModel> finer_chain(const RecordingFit& fit, const NoiseModel* noise_model) {
+    StemModel model = fixed_model(fit.model);
     const run::CaseSpec coarse = model.spec;
     const auto modes = run::chain_modes(coarse, 2);
     if (modes.size() < 2 || coarse.tip_deflection == 0.0)
-        return finer;
+        return std::nullopt;
     model.spec = with_spheres(std::move(model.spec), 2 * coarse.stem.sphere_count - 1);
     keep_first_mode(modes.front(), model);
     const auto finer_modes = run::chain_modes(model.spec, 2);
     if (finer_modes.size() < 2)
-        return finer;
+        return std::nullopt;
     // If a stem is pulled at its tip, the second mode has (f₁/f₂)² of the first mode's amplitude.
     const double amplitude =
         std::abs(coarse.tip_deflection) * std::pow(modes[0].frequency / modes[1].frequency, 2);
-    finer.matters = std::abs(finer_modes[1].frequency - modes[1].frequency) >
-                    negligible_shift * frequency_uncertainty(fit, noise_model, modes[1], amplitude);
-    return finer;
+    if (!(std::abs(finer_modes[1].frequency - modes[1].frequency) >
+          negligible_shift * frequency_uncertainty(fit, noise_model, modes[1], amplitude)))
+        return std::nullopt;
+    return model;
 }
 
 } // namespace
 
 Division division_of(const RecordingFit& fit, const NoiseModel* noise_model,
                      const run::Heartbeat& heartbeat) {
-    const FinerChain finer = finer_chain(fit, noise_model);
     Division out;
-    if (!finer.matters)
+    const std::optional<StemModel> finer = finer_chain(fit, noise_model);
+    if (!finer)
         return out;
-    const ChainPrediction then = predict_readings(finer.model, fit.times, heartbeat);
+    const ChainPrediction then = predict_readings(*finer, fit.times, heartbeat);
     out.batches = then.batches;
     out.doubt = {ErrorKind::Division, "division of the chain", {}};
     for (std::size_t at = 0; at < then.readings.size(); ++at) {

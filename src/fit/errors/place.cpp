@@ -22,13 +22,15 @@ std::vector<ErrorTerm> place_terms(const RecordingFit& fit,
     if (measurement.uncertainties.row.value_or(0.0) == 0.0)
         return terms;
     const std::size_t rows = fit.prediction.rows;
-    const std::vector<double>& places = fit.prediction.readings;
+    std::vector<double> places = fit.prediction.readings;
+    for (double& place : places)
+        place = std::isfinite(place) ? place : 0.0;
     // Uses every `step`-th reading, starting with `first`.
     const auto add = [&](const std::string& of, std::size_t first, std::size_t step,
                          unsigned lowest_degree) {
         double largest = 0.0;
         for (std::size_t at = first; at < places.size(); at += step)
-            largest = std::max(largest, std::abs((std::isfinite(places[at]) ? places[at] : 0.0)));
+            largest = std::max(largest, std::abs(places[at]));
         for (unsigned degree = lowest_degree; degree < row_polynomials && largest > 0.0; ++degree) {
             ErrorTerm& term = terms.emplace_back();
             term.kind = ErrorKind::Place;
@@ -36,8 +38,7 @@ std::vector<ErrorTerm> place_terms(const RecordingFit& fit,
             term.readings.assign(places.size(), 0.0);
             for (std::size_t at = first; at < places.size(); at += step)
                 term.readings[at] =
-                    *measurement.uncertainties.row *
-                    std::legendre(degree, (std::isfinite(places[at]) ? places[at] : 0.0) / largest);
+                    *measurement.uncertainties.row * std::legendre(degree, places[at] / largest);
         }
     };
     for (std::size_t j = 0; j < rows; ++j)

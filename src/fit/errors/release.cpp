@@ -93,7 +93,7 @@ double scale_of(const Fit& fit, const std::vector<ErrorTerm>& units,
         for (std::size_t j = 0; j < rows; ++j)
             if (!std::isnan(part.residuals[i * rows + j]))
                 places.push_back(static_cast<Eigen::Index>(i * rows + j));
-    WeightedSystem system = fit.system;
+    const WeightedSystem& system = fit.system;
     const auto wanted = static_cast<Eigen::Index>(units.size());
     if (static_cast<Eigen::Index>(places.size()) < 4 * (system.jacobian.cols() + wanted))
         return 0.0;

@@ -7,8 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <functional>
-#include <memory>
 #include <numbers>
 #include <string>
 #include <utility>

@@ -66,46 +66,40 @@ StatedInput mass_input(const measure::MeasuredStem& stem, std::string name, std:
                       });
 }
 
-/// The section of this shape.
+/// A number of a section of this shape.
 template <class Shape>
-Shape& as(measure::MeasuredStem& stem) {
-    return std::get<Shape>(stem.section);
+Member of_section(double Shape::*number) {
+    return [number](measure::MeasuredStem& stem) -> double& {
+        return std::get<Shape>(stem.section).*number;
+    };
 }
 
 std::vector<StatedInput> section_inputs(const measure::MeasuredStem& stem,
                                         const measure::StatedUncertainties& stated) {
     using measure::CircularSection;
     using measure::GeneralSection;
-    using measure::MeasuredStem;
     using measure::RectangularSection;
     if (std::holds_alternative<RectangularSection>(stem.section))
-        return {mass_input(
-                    stem, "section width", "m",
-                    [](MeasuredStem& its) -> double& { return as<RectangularSection>(its).width; },
-                    stated.section_width),
-                mass_input(
-                    stem, "section height", "m",
-                    [](MeasuredStem& its) -> double& { return as<RectangularSection>(its).height; },
-                    stated.section_height)};
+        return {mass_input(stem, "section width", "m", of_section(&RectangularSection::width),
+                           stated.section_width),
+                mass_input(stem, "section height", "m", of_section(&RectangularSection::height),
+                           stated.section_height)};
     if (std::holds_alternative<GeneralSection>(stem.section))
-        return {
-            mass_input(
-                stem, "section area", "m²",
-                [](MeasuredStem& its) -> double& { return as<GeneralSection>(its).area; },
-                stated.section_area),
-            stem_input(
-                stem, "second moment of area", "m⁴",
-                [](MeasuredStem& its) -> double& { return as<GeneralSection>(its).second_moment; },
-                stated.second_moment,
-                [](const run::CaseSpec& spec) { return spec.stem.second_moment_of_area(); })};
-    std::vector<StatedInput> inputs{stem_input(
-        stem, "diameter", "m",
-        [](MeasuredStem& its) -> double& { return as<CircularSection>(its).diameter; },
-        stated.diameter, [](const run::CaseSpec& spec) { return spec.stem.bond_outer_diameter; })};
+        return {mass_input(stem, "section area", "m²", of_section(&GeneralSection::area),
+                           stated.section_area),
+                stem_input(
+                    stem, "second moment of area", "m⁴", of_section(&GeneralSection::second_moment),
+                    stated.second_moment,
+                    [](const run::CaseSpec& spec) { return spec.stem.second_moment_of_area(); })};
+    std::vector<StatedInput> inputs{
+        stem_input(stem, "diameter", "m", of_section(&CircularSection::diameter), stated.diameter,
+                   [](const run::CaseSpec& spec) { return spec.stem.bond_outer_diameter; })};
     if (std::get<CircularSection>(stem.section).wall)
         inputs.push_back(stem_input(
             stem, "wall", "m",
-            [](MeasuredStem& its) -> double& { return *as<CircularSection>(its).wall; },
+            [](measure::MeasuredStem& its) -> double& {
+                return *std::get<CircularSection>(its.section).wall;
+            },
             stated.wall,
             [](const run::CaseSpec& spec) {
                 return 0.5 * (spec.stem.bond_outer_diameter - spec.stem.bond_inner_diameter);
@@ -117,13 +111,11 @@ void add_stem(const measure::Measurement& measurement, std::vector<StatedInput>&
     const measure::MeasuredStem& stem = measurement.stem;
     const measure::StatedUncertainties& stated = measurement.uncertainties;
     inputs.push_back(stem_input(
-        stem, "length", "m", [](measure::MeasuredStem& its) -> double& { return its.length; },
-        stated.length, [](const run::CaseSpec& spec) { return spec.stem.free_length(); },
-        default_length));
+        stem, "length", "m", &measure::MeasuredStem::length, stated.length,
+        [](const run::CaseSpec& spec) { return spec.stem.free_length(); }, default_length));
     std::ranges::move(section_inputs(stem, stated), std::back_inserter(inputs));
-    inputs.push_back(mass_input(
-        stem, "density", "kg/m³", [](measure::MeasuredStem& its) -> double& { return its.density; },
-        stated.density));
+    inputs.push_back(
+        mass_input(stem, "density", "kg/m³", &measure::MeasuredStem::density, stated.density));
     for (std::size_t k = 0; k < stem.added_masses.size(); ++k) {
         const measure::AddedMass& added = stem.added_masses[k];
         // A balance resolves half a digit at best, and a mass of many digits was computed.
@@ -192,12 +184,7 @@ class InputChanges {
     InputChanges(const RecordingFit& fit, const measure::Measurement& measurement,
                  const std::vector<StatedInput>& inputs, const run::Heartbeat& heartbeat)
         : fit_(fit), measurement_(measurement) {
-        StemModel model = fit.model;
-        model.errors.reset();
-        model.error_values.clear();
-        model.spec = computed_case(fit.model);
-        model.parameters.clear();
-        model.release_time_bound = 0.0;
+        StemModel model = fixed_model(fit.model);
         for (const StatedInput& input : inputs) {
             columns_.push_back(model.parameters.size());
             if (input.acts == InputActs::OnChain)

@@ -10,9 +10,6 @@
 // rounding error and has no information. A solution leaves such a direction unchanged.
 #pragma once
 
-#include <limits>
-#include <vector>
-
 #include <Eigen/Core>
 #include <Eigen/QR>
 

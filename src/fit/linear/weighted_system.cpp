@@ -77,6 +77,12 @@ void add_terms(std::span<const SystemPart> parts, WeightedSystem& out) {
 
 } // namespace
 
+Eigen::Index WeightedSystem::column_of(const ErrorTerm& term) const {
+    return std::find_if(ids.begin() + fitted, ids.end(),
+                        [&](const physics::ParameterId& id) { return id.name == term.id; }) -
+           ids.begin();
+}
+
 WeightedSystem weighted_system(const JointLayout& layout, std::span<const SystemPart> parts) {
     const auto is_error = [&](const JointLayout::Owner& owner) {
         return parts[owner.model].model.is_error(owner.parameter);

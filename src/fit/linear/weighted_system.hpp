@@ -33,6 +33,8 @@ struct WeightedSystem {
     Eigen::Index fitted = 0;      ///< columns of the numbers that a fit changes: the first ones
 
     [[nodiscard]] Eigen::Index readings() const { return residual.size() - constraints; }
+    /// Of a term that is not fitted.
+    [[nodiscard]] Eigen::Index column_of(const ErrorTerm& term) const;
 };
 
 /// One recording in a system. All must outlive the call.

@@ -4,7 +4,6 @@
 
 #include "fit/model/observed_recording.hpp"
 
-#include <cstddef>
 #include <limits>
 #include <memory>
 #include <span>

@@ -156,7 +156,7 @@ double released_deflection(const measure::Measurement& measurement) {
 
 /// Sets a release a quarter to three quarters of a period before the record, where it was not
 /// recorded, such that the first mode has its recorded amplitude and phase. The second mode decays;
-/// the errors of a recording have terms for it (fit/solve/reading_errors.hpp).
+/// the errors of a recording have terms for it (fit/errors/release.hpp).
 void release_before(const measure::Measurement& measurement, const RowRingDown& found,
                     StemModel& model) {
     const reduce::RingDownAnalysis& ring_down = found.fit;
@@ -265,6 +265,15 @@ run::CaseSpec computed_case(const StemModel& model) {
         spec.stem.bond_damping *= std::exp(model.error_values[k] * term.log_damping);
     }
     return spec;
+}
+
+StemModel fixed_model(StemModel model) {
+    model.spec = computed_case(model);
+    model.errors.reset();
+    model.error_values.clear();
+    model.parameters.clear();
+    model.release_time_bound = 0.0;
+    return model;
 }
 
 StemModel with_error_terms(StemModel model, const ObservedRecording& recording) {
@@ -429,11 +438,6 @@ bool can_move(const StemModel& model, const measure::Measurement& recording) {
     const physics::ChainModel<double> chain = run::case_model(model.spec).chain;
     return chain.gravity[1] != 0.0 || !chain.straight_moments.empty() || chain.base_motion ||
            !chain.user_laws.empty();
-}
-
-bool has_fitted_number(const physics::Effect& effect) {
-    return std::ranges::any_of(effect.parameters(),
-                               [](const auto& parameter) { return parameter.calibrated; });
 }
 
 SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings) {

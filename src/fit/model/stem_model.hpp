@@ -65,6 +65,9 @@ struct ChainPrediction {
 /// The case that is computed: that of the model with Y and β changed by its error terms.
 [[nodiscard]] run::CaseSpec computed_case(const StemModel& model);
 
+/// The computed case as a model without free parameters and error terms.
+[[nodiscard]] StemModel fixed_model(StemModel model);
+
 /// The published chain of a measured stem with free Y, β, tip deflection (unless the stem was held
 /// straight) and release time. Y and β start from Eq. 1 (with a free phase) through the formulas of
 /// a slender beam, the tip deflection from the frames about the release through a cantilever's
@@ -120,9 +123,6 @@ void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& model);
 /// Was the stem pulled aside, or does an effect move a stem that is held straight: gravity across
 /// it, a natural curvature, a moving support, or a user's law?
 [[nodiscard]] bool can_move(const StemModel& model, const measure::Measurement& recording);
-
-/// Has the effect a parameter that a fit can change?
-[[nodiscard]] bool has_fitted_number(const physics::Effect& effect);
 
 /// The candidates for these recordings: gravity only if its direction is known.
 [[nodiscard]] SelectedEffects candidate_effects(std::span<const measure::Measurement> recordings);

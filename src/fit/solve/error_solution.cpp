@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <tuple>
 #include <utility>
@@ -36,14 +37,11 @@ class ErrorSolution {
         const int passes = is_known ? 1 : noise_passes;
         for (int pass = 0; pass < passes; ++pass) {
             build(pass == 0);
-            limit_ = largest_pull;
-            solve();
+            solve(largest_pull);
             const bool is_near =
                 is_known && left_.squaredNorm() < nearly_adequate * double(fit_.readings);
-            if (!is_near) {
-                limit_ = linear_pull;
-                solve();
-            }
+            if (!is_near)
+                solve(linear_pull);
             if (pass + 1 == passes)
                 run_moved_inputs(is_near ? most_passes : 0);
             if (!is_known)
@@ -68,38 +66,58 @@ class ErrorSolution {
         if (is_first)
             fit_.weighted_rms = fit_.own_weighted_rms;
         take_back_factors();
+        add_normal_equations();
+    }
+
+    /// Is the number a factor of Y or β?
+    [[nodiscard]] bool is_factor(std::size_t k) const {
+        return fit_.system.errors[k] == ErrorKind::Modulus ||
+               fit_.system.errors[k] == ErrorKind::Damping;
     }
 
     /// The stated inputs take the place of the factors of Y and β.
     void take_back_factors() {
         WeightedSystem& system = fit_.system;
-        for (std::size_t k = 0; k < system.errors.size(); ++k) {
-            if (system.errors[k] != ErrorKind::Modulus && system.errors[k] != ErrorKind::Damping)
+        for (std::size_t k = 0; k < layout_.owners.size(); ++k) {
+            if (!is_factor(k))
                 continue;
             has_factors_ = true;
-            const auto place = static_cast<Eigen::Index>(k);
             const auto [model, parameter] = layout_.owners[k];
-            system.residual +=
-                fit_.parts[model].model.value(parameter) * system.jacobian.col(place);
-            system.jacobian.col(place).setZero();
+            auto column = system.jacobian.col(static_cast<Eigen::Index>(k));
+            system.residual += fit_.parts[model].model.value(parameter) * column;
+            column.setZero();
         }
     }
 
-    void solve() {
+    // A fit is at its minimum. The rest of its gradient is an error of the derivatives, which leads
+    // far along a valley; only the terms move the parameters.
+    void add_normal_equations() {
         const Eigen::MatrixXd& jacobian = fit_.system.jacobian;
         const StartModels models = start_from(fit_);
-        const auto [lower, upper] = limits_of(models, Eigen::VectorXd::Zero(jacobian.cols()));
-        // A fit is at its minimum. What remains of its gradient is an error of the derivatives,
-        // which leads far along a valley; only the terms move the parameters.
         std::vector<Eigen::Index> free;
         for (Eigen::Index k = 0; k < count_ && !has_factors_; ++k)
-            if (!fit_.parameters[static_cast<std::size_t>(k)].is_at_bound && lower(k) < upper(k))
+            if (const auto [lower, upper] = limits_of(models, k);
+                !fit_.parameters[static_cast<std::size_t>(k)].is_at_bound && lower < upper)
                 free.push_back(k);
-        const Eigen::VectorXd residual =
-            Projector(jacobian(Eigen::all, free)).remainder(fit_.system.residual);
-        change_ = bounded_minimum(jacobian.transpose() * jacobian, jacobian.transpose() * residual,
-                                  lower, upper);
+        information_ = jacobian.transpose() * jacobian;
+        gradient_ = jacobian.transpose() *
+                    Projector(jacobian(Eigen::all, free)).remainder(fit_.system.residual);
+    }
+
+    void solve(double largest) {
+        limit_ = largest;
+        const Eigen::MatrixXd& jacobian = fit_.system.jacobian;
+        const auto [lower, upper] =
+            limits_of(start_from(fit_), Eigen::VectorXd::Zero(jacobian.cols()));
+        change_ = bounded_minimum(information_, gradient_, lower, upper);
         left_ = fit_.system.residual - jacobian * change_;
+    }
+
+    /// Limits of the change of a parameter or a fitted term.
+    [[nodiscard]] std::pair<double, double> limits_of(const StartModels& models,
+                                                      Eigen::Index k) const {
+        const auto place = static_cast<std::size_t>(k);
+        return is_held_[place] ? std::pair(0.0, 0.0) : bounds_of(models, layout_.owners[place]);
     }
 
     /// Limits of the changes of all columns, of which `change` was made before.
@@ -110,14 +128,11 @@ class ErrorSolution {
         Eigen::VectorXd lower = -change.array() - largest;
         Eigen::VectorXd upper = -change.array() + largest;
         for (Eigen::Index k = 0; k < count_; ++k)
-            std::tie(lower(k), upper(k)) =
-                is_held_[static_cast<std::size_t>(k)]
-                    ? std::pair(0.0, 0.0)
-                    : bounds_of(models, layout_.owners[static_cast<std::size_t>(k)]);
+            std::tie(lower(k), upper(k)) = limits_of(models, k);
         return {lower, upper};
     }
 
-    /// Replaces the linear solution by runs where it contradicts inputs of the chain.
+    /// Replaces the linear solution by runs where it contradicts inputs of a chain.
     void run_moved_inputs(int new_derivatives) {
         if (has_factors_)
             return; // the inputs have to explain the factors
@@ -140,24 +155,26 @@ class ErrorSolution {
         return left_.segment(begins_[m], begins_[m + 1] - begins_[m]).squaredNorm();
     }
 
-    /// Number of free parameters of a part, or of all. An error term adds a residual and so takes
-    /// no degree of freedom.
-    [[nodiscard]] std::size_t free_count(const std::vector<JointLayout::Share>& shares) const {
-        return static_cast<std::size_t>(std::ranges::count_if(shares, [&](const auto& share) {
-            return !is_held_[share.place] && !fit_.system.errors[share.place];
-        }));
+    /// An error term adds a residual and so takes no degree of freedom.
+    [[nodiscard]] std::size_t degrees_of_freedom(std::size_t readings, const auto& numbers) const {
+        const auto free = static_cast<std::size_t>(std::ranges::count_if(
+            numbers, [&](std::size_t k) { return !is_held_[k] && !fit_.system.errors[k]; }));
+        return readings > free ? readings - free : 0;
+    }
+
+    [[nodiscard]] std::size_t degrees_of_freedom(std::size_t m) const {
+        return degrees_of_freedom(fit_.parts[m].readings,
+                                  layout_.shares[m] |
+                                      std::views::transform(&JointLayout::Share::place));
     }
 
     void scale_noise() {
         for (std::size_t m = 0; m < fit_.parts.size(); ++m) {
-            RecordingFit& part = fit_.parts[m];
-            if (part.is_noise_known)
-                continue;
-            const double degrees = std::max<double>(1.0, double(part.readings) -
-                                                             double(free_count(layout_.shares[m])));
+            const double degrees = double(std::max<std::size_t>(degrees_of_freedom(m), 1));
             const double factor = std::sqrt(std::max(left_of(m) / degrees, 1e-300));
-            for (double& noise : part.noise)
-                noise *= factor;
+            if (!fit_.parts[m].is_noise_known)
+                for (double& noise : fit_.parts[m].noise)
+                    noise *= factor;
         }
     }
 
@@ -167,19 +184,14 @@ class ErrorSolution {
         fit_.chi_squared = 0.0;
         for (std::size_t m = 0; m < fit_.parts.size(); ++m) {
             RecordingFit& part = fit_.parts[m];
-            const std::size_t free = free_count(layout_.shares[m]);
-            part.degrees_of_freedom = part.readings > free ? part.readings - free : 0;
-            const auto degrees =
-                static_cast<double>(std::max<std::size_t>(part.degrees_of_freedom, 1));
+            part.degrees_of_freedom = degrees_of_freedom(m);
+            const double degrees = double(std::max<std::size_t>(part.degrees_of_freedom, 1));
             part.chi_squared = part.is_noise_known ? left_of(m) + pulls_of(m, is_counted) : degrees;
             part.reduced_chi_squared = part.chi_squared / degrees;
             fit_.chi_squared += part.chi_squared;
         }
-        std::vector<JointLayout::Share> all;
-        for (std::size_t k = 0; k < layout_.ids.size(); ++k)
-            all.push_back({k, 1.0});
-        const std::size_t free = free_count(all);
-        fit_.degrees_of_freedom = fit_.readings > free ? fit_.readings - free : 0;
+        fit_.degrees_of_freedom =
+            degrees_of_freedom(fit_.readings, std::views::iota(std::size_t{0}, layout_.ids.size()));
         fit_.reduced_chi_squared =
             fit_.chi_squared / double(std::max<std::size_t>(fit_.degrees_of_freedom, 1));
     }
@@ -239,26 +251,16 @@ class ErrorSolution {
         fit_.covariance += changes_ * changes_.transpose();
     }
 
-    /// What the terms and the change of the parameters leave of the residuals.
+    /// The residuals without the changes of the terms and of the parameters.
     void add_remaining() {
         for (std::size_t m = 0; m < fit_.parts.size(); ++m) {
             RecordingFit& part = fit_.parts[m];
-            const ChainPrediction& prediction = part.prediction;
             part.remaining = part.residuals;
-            const auto subtract = [&](double amount, std::size_t at, double by) {
-                if (std::isfinite(by))
-                    part.remaining[at] -= amount * by;
-            };
-            for (std::size_t at = 0; at < part.remaining.size(); ++at) {
-                for (std::size_t k = 0; k < layout_.shares[m].size(); ++k)
-                    subtract(explained(m, k), at,
-                             prediction.jacobian[at * prediction.parameters + k]);
-                for (const ErrorTerm& term : part.terms)
-                    subtract(change_(place_of(term.id)), at, term.readings[at]);
-                if (moved_)
-                    part.remaining[at] =
-                        part.residuals[at] + prediction.readings[at] - moved_->readings[m][at];
-            }
+            if (moved_)
+                for (std::size_t at = 0; at < part.remaining.size(); ++at)
+                    part.remaining[at] += part.prediction.readings[at] - moved_->readings[m][at];
+            else
+                subtract_changes(m);
             double squares = 0.0;
             for (const double each : part.remaining)
                 squares += std::isnan(each) ? 0.0 : each * each;
@@ -269,19 +271,25 @@ class ErrorSolution {
         }
     }
 
+    void subtract_changes(std::size_t m) {
+        RecordingFit& part = fit_.parts[m];
+        const std::size_t stride = part.prediction.parameters;
+        const auto subtract = [&](double amount, const double* column, std::size_t step) {
+            for (std::size_t at = 0; at < part.remaining.size(); ++at)
+                if (const double by = column[at * step]; std::isfinite(by))
+                    part.remaining[at] -= amount * by;
+        };
+        for (std::size_t k = 0; k < layout_.shares[m].size(); ++k)
+            subtract(explained(m, k), part.prediction.jacobian.data() + k, stride);
+        for (const ErrorTerm& term : part.terms)
+            subtract(change_(fit_.system.column_of(term)), term.readings.data(), 1);
+    }
+
     /// Change of free number `k` of a part in the solution.
     [[nodiscard]] double explained(std::size_t m, std::size_t k) const {
         const std::size_t place = layout_.shares[m][k].place;
-        const bool is_factor = has_factors_ && (fit_.system.errors[place] == ErrorKind::Modulus ||
-                                                fit_.system.errors[place] == ErrorKind::Damping);
-        return is_factor ? -fit_.parts[m].model.value(k)
-                         : change_(static_cast<Eigen::Index>(place));
-    }
-
-    [[nodiscard]] Eigen::Index place_of(const std::string& id) const {
-        const auto found = std::find_if(fit_.system.ids.begin() + count_, fit_.system.ids.end(),
-                                        [&](const auto& each) { return each.name == id; });
-        return found - fit_.system.ids.begin();
+        return is_factor(place) ? -fit_.parts[m].model.value(k)
+                                : change_(static_cast<Eigen::Index>(place));
     }
 
     void add_pulls() {
@@ -289,7 +297,7 @@ class ErrorSolution {
         for (Eigen::Index k = 0; k < change_.size(); ++k) {
             const auto place = static_cast<std::size_t>(k);
             const std::optional<ErrorKind> kind = fit_.system.errors[place];
-            if (!kind || *kind == ErrorKind::Modulus || *kind == ErrorKind::Damping)
+            if (!kind || is_factor(place))
                 continue; // of the factors, the inputs have taken over
             double value = change_(k);
             if (k < count_) {
@@ -316,15 +324,15 @@ class ErrorSolution {
             const physics::StemParameters<double>& stem = fit_.parts[m].model.spec.stem;
             for (std::size_t k = model.first_error(); k < model.free_count(); ++k) {
                 const ErrorTerm& term = model.error_term(k); // the recording's own Y and β stay
-                if (term.kind == ErrorKind::Modulus)
-                    model.set_value(k,
-                                    model.value(k) - std::log(model.spec.stem.bond_youngs_modulus /
-                                                              stem.bond_youngs_modulus) /
-                                                         term.log_modulus);
-                if (term.kind == ErrorKind::Damping)
-                    model.set_value(k, model.value(k) - std::log(model.spec.stem.bond_damping /
-                                                                 stem.bond_damping) /
-                                                            term.log_damping);
+                const physics::StemParameters<double>& now = model.spec.stem;
+                const double moved_by =
+                    term.kind == ErrorKind::Modulus
+                        ? std::log(now.bond_youngs_modulus / stem.bond_youngs_modulus) /
+                              term.log_modulus
+                    : term.kind == ErrorKind::Damping
+                        ? std::log(now.bond_damping / stem.bond_damping) / term.log_damping
+                        : 0.0;
+                model.set_value(k, model.value(k) - moved_by);
             }
             fit_.parts[m].model = std::move(model);
         }
@@ -332,7 +340,7 @@ class ErrorSolution {
     }
 
   public:
-    /// Of the parameters, after run().
+    /// Change of the columns, after run().
     [[nodiscard]] const Eigen::VectorXd& change() const { return change_; }
 
   private:
@@ -343,6 +351,8 @@ class ErrorSolution {
     Fit& fit_;
     Eigen::Index count_;               ///< of parameters and fitted terms
     std::vector<Eigen::Index> begins_; ///< (recordings + 1) first rows
+    Eigen::MatrixXd information_;      ///< (columns, columns) of the solution
+    Eigen::VectorXd gradient_;         ///< (columns)
     Eigen::VectorXd change_;           ///< (columns)
     Eigen::VectorXd left_;             ///< (rows)
     Eigen::MatrixXd changes_;          ///< (parameters, columns) by one unit of a term
@@ -406,23 +416,18 @@ WeightedSystem system_at(const StartModels& models, const Fit& fit,
 std::vector<Eigen::VectorXd> readings_together(const std::vector<StartModels>& runs, const Fit& fit,
                                                std::span<const ObservedRecording> recordings,
                                                const run::Heartbeat& heartbeat, int& batches) {
+    const auto predictions = predict_runs(runs, times_of(fit), heartbeat, batches);
     std::vector<Eigen::VectorXd> readings(runs.size(),
                                           Eigen::VectorXd::Zero(fit.system.residual.size()));
-    Eigen::Index row = 0;
-    for (std::size_t m = 0; m < fit.parts.size(); ++m) {
-        const RecordingFit& part = fit.parts[m];
-        std::vector<StemModel> models;
-        for (const StartModels& run : runs)
-            models.push_back(run[m]);
-        const std::vector<ChainPrediction> predictions =
-            predict_together(models, part.times, heartbeat);
-        const Eigen::Index size = std::ssize(part.residuals);
-        for (const ChainPrediction& each : predictions)
-            batches += each.batches;
-        for (std::size_t k = 0; k < runs.size(); ++k)
+    for (std::size_t k = 0; k < runs.size(); ++k) {
+        Eigen::Index row = 0;
+        for (std::size_t m = 0; m < fit.parts.size(); ++m) {
+            const RecordingFit& part = fit.parts[m];
+            const Eigen::Index size = std::ssize(part.residuals);
             readings[k].segment(row, size) = weighted_readings(
-                {models[k], recordings[m], predictions[k], part.noise, part.terms});
-        row += size;
+                {runs[k][m], recordings[m], predictions[k][m], part.noise, part.terms});
+            row += size;
+        }
     }
     return readings;
 }

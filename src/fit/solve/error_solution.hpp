@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The linear solution about a fit with all error terms (the mathematics: fit.hpp).
+// The linear solution about a fit with all error terms (the mathematics: fit_result.hpp).
 #pragma once
 
 #include "fit/solve/fit_result.hpp"

@@ -126,11 +126,12 @@ JointSolution search(const JointProblem& problem, const StartModels& models,
 /// A chain that follows no motion from time 0 on, which is long before the record begins.
 std::string doubt_of_release(const JointSolution& solution,
                              std::span<const ObservedRecording> measurements) {
+    if (remainder(solution, measurements) < small_remainder)
+        return {};
     for (std::size_t m = 0; m < measurements.size(); ++m)
         if (const double first = measurements[m].times.front();
             measurements[m].release != measure::ReleaseKind::Moving &&
-            first > 1.0 / run::natural_frequency(solution.models[m].spec) &&
-            !(remainder(solution, measurements) < small_remainder))
+            first > 1.0 / run::natural_frequency(solution.models[m].spec))
             return fmt::format("the chain does not follow the motion, and the record begins {:.3g} "
                                "s after time 0: time 0 is not the release (let the fit begin later "
                                "with kind = \"moving\" and start_s)",

@@ -28,6 +28,13 @@ StartModels start_from(const Fit& fit) {
     return start;
 }
 
+std::vector<std::vector<double>> times_of(const Fit& fit) {
+    std::vector<std::vector<double>> times;
+    for (const RecordingFit& part : fit.parts)
+        times.push_back(part.times);
+    return times;
+}
+
 FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat) {
     if (heartbeat)
         options.heartbeat = heartbeat;

@@ -28,7 +28,6 @@
 #include <cstddef>
 #include <memory>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -171,6 +170,8 @@ struct Fit {
 
 /// The models of a fit's parts.
 [[nodiscard]] StartModels start_from(const Fit& fit);
+/// The times of its frames, (recordings), s.
+[[nodiscard]] std::vector<std::vector<double>> times_of(const Fit& fit);
 
 /// The chain, the frames and the heartbeat of a fit.
 struct FitOptions {

@@ -4,7 +4,6 @@
 #include "core/error.hpp"
 #include "fit/errors/stated_inputs.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <tuple>
@@ -50,29 +49,18 @@ class InputTrials {
 
     /// The best point on a straight change from `from`, which may be `from` itself.
     [[nodiscard]] MovedInputs best_of(const MovedInputs& from, const Eigen::VectorXd& change) {
-        std::vector<MovedInputs> points;
+        std::vector<StartModels> runs;
         for (const double share : tried_shares)
-            points.push_back(
-                {models_at(from, change, share), from.change + share * change, {}, {}});
-        std::vector<std::vector<ChainPrediction>> predictions(points.size());
-        for (std::size_t m = 0; m < fit_.parts.size(); ++m) {
-            std::vector<StemModel> models;
-            for (const MovedInputs& point : points)
-                models.push_back(point.models[m]);
-            auto found = predict_together(models, fit_.parts[m].times, heartbeat_);
-            for (std::size_t k = 0; k < points.size(); ++k) {
-                fit_.batches += found[k].batches;
-                predictions[k].push_back(std::move(found[k]));
-            }
-        }
-        const MovedInputs* best = &from;
-        for (std::size_t k = 0; k < points.size(); ++k) {
-            MovedInputs& point = points[k];
+            runs.push_back(models_at(from, change, share));
+        auto predictions = predict_runs(runs, times_of(fit_), heartbeat_, fit_.batches);
+        MovedInputs best = from;
+        for (std::size_t k = 0; k < runs.size(); ++k) {
+            MovedInputs point{std::move(runs[k]), from.change + tried_shares[k] * change, {}, {}};
             point.left = system_of(point, std::move(predictions[k])).residual;
-            if (point.left.squaredNorm() < best->left.squaredNorm())
-                best = &point;
+            if (point.left.squaredNorm() < best.left.squaredNorm())
+                best = std::move(point);
         }
-        return *best;
+        return best;
     }
 
     /// The system about a point, with new derivatives. They change what remains there, because an
@@ -100,9 +88,7 @@ class InputTrials {
 
   private:
     [[nodiscard]] Eigen::Index column_of(std::size_t m, std::size_t term) const {
-        const auto& ids = fit_.system.ids;
-        return std::ranges::find(ids, fit_.parts[m].terms[term].id, &physics::ParameterId::name) -
-               ids.begin();
+        return fit_.system.column_of(fit_.parts[m].terms[term]);
     }
 
     [[nodiscard]] std::vector<double> errors_of(std::size_t m,

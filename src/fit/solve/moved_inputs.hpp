@@ -2,11 +2,11 @@
 // The linear solution about a fit where the readings contradict stated inputs.
 //
 // The solution is exact for small changes. Beside a misfit it moves inputs by many standard
-// uncertainties and promises gains that no chain of that geometry has. If it moves an input by more
-// than `contradiction`, chains at shares of that change are run side by side in lanes, and the best
-// one counts: every gain was run. A model that may be adequate deserves more. While the best chain
-// falls short of the promise, the columns are computed again about it, and the solution there is
-// tried in the same way.
+// uncertainties and promises gains that no chain of that geometry has. If it moves an input of
+// the chain by more than `contradiction`, chains at shares of that change are run side by side in
+// lanes, and the best one counts: every gain was run. A model that may be adequate deserves more.
+// While the best chain falls short of the promise, the columns are computed again about it, and the
+// solution there is tried in the same way.
 #pragma once
 
 #include "fit/solve/fit_result.hpp"
@@ -32,8 +32,8 @@ struct MovedInputs {
     std::vector<std::vector<double>> readings; ///< (recordings)(frames, rows), with all terms, m
 };
 
-/// Empty if the `change` that the solution makes moves no input so far. The columns are computed
-/// again `most_passes` times at most. Adds the lanes that were run to the fit's batches.
+/// Empty if the `change` that the solution makes moves no input of a chain so far. The columns are
+/// computed again `most_passes` times at most. Adds the lanes that were run to the fit's batches.
 [[nodiscard]] std::optional<MovedInputs> moved_inputs(std::span<const ObservedRecording> recordings,
                                                       const JointLayout& layout,
                                                       const Eigen::VectorXd& change,

@@ -5,7 +5,6 @@
 #include "fit/solve/fit.hpp"
 
 #include <cstddef>
-#include <span>
 #include <vector>
 
 #include <Eigen/Core>

@@ -159,23 +159,15 @@ class LeastSquares {
 
     /// Steps that are computed side by side, without derivatives.
     [[nodiscard]] std::vector<Trial> tried(const Point& point, const std::vector<Step>& steps) {
-        std::vector<Trial> out;
+        std::vector<StartModels> runs;
         for (const Step& step : steps)
-            out.push_back({after(point, step), {}, 0.0});
-        std::vector<std::vector<ChainPrediction>> predictions(out.size());
-        for (std::size_t m = 0; m < times_.size(); ++m) {
-            std::vector<StemModel> models;
-            for (const Trial& each : out)
-                models.push_back(each.models[m]);
-            auto found = predict_together(models, times_[m], problem_.options.heartbeat);
-            for (std::size_t k = 0; k < out.size(); ++k) {
-                batches_ += found[k].batches;
-                predictions[k].push_back(std::move(found[k]));
-            }
-        }
-        for (std::size_t k = 0; k < out.size(); ++k) {
-            out[k].residual = system_of(out[k].models, predictions[k]).residual;
-            out[k].cost = out[k].residual.squaredNorm();
+            runs.push_back(after(point, step));
+        const auto predictions = predict_runs(runs, times_, problem_.options.heartbeat, batches_);
+        std::vector<Trial> out;
+        for (std::size_t k = 0; k < runs.size(); ++k) {
+            Eigen::VectorXd residual = system_of(runs[k], predictions[k]).residual;
+            const double cost = residual.squaredNorm();
+            out.push_back({std::move(runs[k]), std::move(residual), cost});
         }
         return out;
     }
@@ -303,6 +295,24 @@ double log_square(const StartModels& models) {
 }
 
 } // namespace
+
+std::vector<std::vector<ChainPrediction>> predict_runs(const std::vector<StartModels>& runs,
+                                                       std::span<const std::vector<double>> times,
+                                                       const run::Heartbeat& heartbeat,
+                                                       int& batches) {
+    std::vector<std::vector<ChainPrediction>> predictions(runs.size());
+    for (std::size_t m = 0; m < times.size(); ++m) {
+        std::vector<StemModel> models;
+        for (const StartModels& run : runs)
+            models.push_back(run[m]);
+        auto found = predict_together(models, times[m], heartbeat);
+        for (std::size_t k = 0; k < runs.size(); ++k) {
+            batches += found[k].batches;
+            predictions[k].push_back(std::move(found[k]));
+        }
+    }
+    return predictions;
+}
 
 std::pair<double, double> bounds_of(const StartModels& models, const JointLayout::Owner& owner) {
     constexpr double none = std::numeric_limits<double>::infinity();

@@ -73,6 +73,13 @@ struct JointProblem {
     const SolveOptions& options;
 };
 
+/// Predicted readings of several runs, each with one model for each recording, (runs)(recordings).
+/// The runs are computed side by side in lanes, whose number is added to `batches`. `times`:
+/// (recordings), s. Throws as predict_readings().
+[[nodiscard]] std::vector<std::vector<ChainPrediction>>
+predict_runs(const std::vector<StartModels>& runs, std::span<const std::vector<double>> times,
+             const run::Heartbeat& heartbeat, int& batches);
+
 /// Bounds of the change of a joint parameter's coordinate.
 [[nodiscard]] std::pair<double, double> bounds_of(const StartModels& models,
                                                   const JointLayout::Owner& owner);

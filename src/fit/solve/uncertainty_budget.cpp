@@ -44,8 +44,7 @@ UncertaintyBudget uncertainty_budget(const Fit& fit, const measure::Measurement&
     std::size_t next = 0; // the terms of the inputs are in their order
     for (const Pull& pull : fit.pulls) {
         // Errors of single rows and fitted terms are listed with the noise of the readings.
-        if (pull.kind == ErrorKind::Place || pull.kind == ErrorKind::Sensor ||
-            pull.kind == ErrorKind::Start)
+        if (is_of_row(pull.kind) || pull.kind == ErrorKind::Start)
             continue;
         const bool is_stated = pull.kind == ErrorKind::StatedInput;
         BudgetInput& line = budget.inputs.emplace_back();
