@@ -127,8 +127,8 @@ NestedFits fit_nested(std::span<const measure::Measurement> measurements,
             models.front() = baseline.fit;
             for (std::size_t k = 1; k < models.size(); ++k)
                 if (!models[k].failed() && models[k].moves())
-                    models[k] = fit::fit_near(fit::start_from(models[k]), models[k].effects,
-                                              models.front(), baseline.recordings, options);
+                    models[k] =
+                        fit::fit_again(models[k], models.front(), baseline.recordings, options);
         }
     return {std::move(baseline.recordings), std::move(models)};
 }

@@ -193,14 +193,13 @@ class Search {
             const Prediction& prediction = found->second;
             plan.predicted = prediction.log_evidence;
             if (prediction.base == base_ && about_)
-                plan.starts =
-                    starts_to_estimate(base_fit_, baseline_.recordings, about_->views,
-                                       *about_->linear, prediction.candidates, prediction.gain);
+                plan.attempts = starts_to_estimate(base_fit_, baseline_.recordings, about_->views,
+                                                   prediction.candidates, prediction.gain);
         }
         for (const VisitedModel& before : visited_before_)
             if (key_of(before.fit.effects) == key && !before.fit.failed())
-                plan.starts = {
-                    fit::models_of(before.fit, baseline_.recordings, options_.candidate)};
+                plan.attempts = {
+                    {fit::models_of(before.fit, baseline_.recordings, options_.candidate)}};
         return plan;
     }
 
@@ -266,7 +265,9 @@ class Search {
             return false;
         PredictedGain gain = about.linear->gain(set);
         model.log_evidence += gain.log_evidence;
-        model.falls = gain.falls;
+        if (!gain.points.empty())
+            for (const PlacedEffect& effect : gain.points.front().effects)
+                model.falls.push_back(effect.fall);
         Prediction& entry = predictions_[key_of(model.effects)];
         entry = {std::move(model), set, std::move(gain)};
         return true;

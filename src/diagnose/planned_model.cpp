@@ -4,7 +4,7 @@
 #include "core/error.hpp"
 #include "diagnose/adequacy.hpp"
 #include "fit/linear/layout.hpp"
-#include "fit/solve/error_solution.hpp"
+#include "fit/linear/scaled_solve.hpp"
 #include "fit/start/starts.hpp"
 #include "physics/effects/library.hpp"
 #include "run/modes.hpp"
@@ -12,10 +12,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
+#include <iterator>
 #include <limits>
 #include <numeric>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <utility>
 
 namespace culm::diagnose {
@@ -27,10 +30,18 @@ bool is_absent_at(const EffectNode& node, const std::vector<double>& amounts) {
            std::ranges::all_of(amounts, [](double amount) { return amount == 0.0; });
 }
 
-/// Position along the secant from the model without the effect to the node, as a fraction.
+/// Does the location alone change the model, as the spring of a clamp with friction does?
+bool has_offset(const EffectNode& node) {
+    const EffectColumn& first = node.columns.front();
+    return !first.is_certain && first.parameter == std::numeric_limits<std::size_t>::max();
+}
+
+/// Position on the way from the model without the effect to the node, as a fraction.
 double way_to(const EffectNode& node, const std::vector<double>& amounts) {
     if (is_absent_at(node, amounts))
         return 0.0;
+    if (has_offset(node))
+        return amounts.front();
     const double secant = node.columns.front().secant;
     return secant == 0.0 ? 1.0 : amounts.front() / secant;
 }
@@ -52,85 +63,201 @@ double size_of(const EffectNode& node, const std::vector<double>& amounts, std::
     return seen > 0 ? coordinate : value;
 }
 
-void place_effect(const CandidateView& view, const EffectNode& node,
-                  const std::vector<double>& amounts, std::size_t recording,
+/// A location, angle or time constant between two points of the grid.
+double place_between(const fit::FreeParameter& parameter, double first, double second,
+                     double share) {
+    if (share == 0.0 || first == second)
+        return first;
+    if (parameter.is_phase)
+        return std::arg(std::polar(1.0 - share, first) + std::polar(share, second));
+    return fit::from_coordinate(parameter.fitted_as,
+                                (1.0 - share) * fit::to_coordinate(parameter.fitted_as, first) +
+                                    share * fit::to_coordinate(parameter.fitted_as, second));
+}
+
+void place_effect(const CandidateView& view, const PlacedEffect& effect, std::size_t recording,
                   fit::StemModel& model) {
+    const EffectNode& node = view.columns.nodes[effect.node];
+    const EffectNode& other = view.columns.nodes[effect.other];
     const std::string name = view.effect.effect->name();
-    std::size_t k = 0;
-    for (const fit::FreeParameter& parameter : model.parameters) {
-        if (parameter.access.id.effect != name)
-            continue;
-        double value = node.values[k];
+    std::vector<fit::FreeParameter> own;
+    std::ranges::copy_if(model.parameters, std::back_inserter(own),
+                         [&](const auto& each) { return each.access.id.effect == name; });
+    // Between two phases the sum of the vectors is shorter than that of the lengths.
+    std::vector<double> amounts = effect.amounts;
+    for (std::size_t k = 0; k < own.size(); ++k)
+        if (own[k].is_phase)
+            for (double& amount : amounts)
+                amount *= std::abs(std::polar(1.0 - effect.share, node.values[k]) +
+                                   std::polar(effect.share, other.values[k]));
+    for (std::size_t k = 0; k < own.size(); ++k) {
+        const fit::FreeParameter& parameter = own[k];
+        double value = place_between(parameter, node.values[k], other.values[k], effect.share);
         if (!parameter.is_place)
-            value = fit::from_coordinate(parameter.fitted_as,
-                                         size_of(node, amounts, k, recording,
-                                                 prior_of(parameter, model),
-                                                 fit::to_coordinate(parameter.fitted_as, value)));
-        else if (parameter.fitted_as == physics::FittedAs::Inverse && is_absent_at(node, amounts))
-            value = parameter.upper; // the stiffness of a rigid clamp
-        if (!std::isfinite(value))   // a stiffness without compliance
+            value = fit::from_coordinate(
+                parameter.fitted_as,
+                size_of(node, amounts, k, recording, prior_of(parameter, model),
+                        fit::to_coordinate(parameter.fitted_as, node.values[k])));
+        else if (parameter.fitted_as == physics::FittedAs::Inverse)
+            value /= way_to(node, amounts); // a compliance of 0 is a rigid clamp
+        if (!std::isfinite(value))          // a stiffness without compliance
             value = parameter.upper;
         parameter.access.set(model.spec, std::clamp(value, parameter.lower, parameter.upper));
-        ++k;
     }
 }
 
-/// The model with the effect of these amounts. Along a secant Y and β change such that the first
-/// mode stays; with several recordings they do not. A beat has another frequency.
+/// Along a finite change of one recording, Y and β change such that the first mode stays. (Several
+/// recordings have one material, and a beat has another frequency.)
+bool keeps_first_mode(const CandidateView& view, const PlacedEffect& effect,
+                      std::size_t recordings) {
+    const EffectNode& node = view.columns.nodes[effect.node];
+    return (node.columns.front().secant != 0.0 || has_offset(node)) &&
+           view.effect.effect->dimensions() < 3 && recordings == 1;
+}
+
+/// The model with the effect.
 fit::StemModel with_effect(const fit::StemModel& base, const CandidateView& view,
-                           const EffectNode& node, const std::vector<double>& amounts,
-                           std::size_t recording,
+                           const PlacedEffect& effect, std::size_t recording,
                            std::span<const fit::ObservedRecording> recordings) {
     fit::StemModel model = candidate_model(base, {view.effect}, recordings[recording]);
-    place_effect(view, node, amounts, recording, model);
-    if (node.columns.front().secant != 0.0 && view.effect.effect->dimensions() < 3 &&
-        recordings.size() == 1)
+    place_effect(view, effect, recording, model);
+    if (keeps_first_mode(view, effect, recordings.size()))
         if (const auto modes = run::chain_modes(base.spec, 1); !modes.empty()) {
             fit::keep_first_mode(modes.front(), model);
             return model;
         }
-    const double share = way_to(node, amounts);
+    const EffectNode& node = view.columns.nodes[effect.node];
+    const double share = way_to(node, effect.amounts);
     model.spec.stem.bond_youngs_modulus *= std::pow(node.modulus_ratio, share);
     model.spec.stem.bond_damping *= std::pow(node.damping_ratio, share);
     return model;
 }
 
-/// Factors of the linear estimate that are tried before a fit, one in each lane. The last one is
-/// the model without the effects: a fit that starts there is not worse than that.
-constexpr std::array tried_factors{1.0, 1.0 / 4.0, 1.0 / 16.0, 0.0};
+/// Models at or on the way to the linear estimate with some effects.
+class EstimatedStarts {
+  public:
+    EstimatedStarts(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
+                    const std::vector<CandidateView>& views, const std::vector<std::size_t>& chosen)
+        : base_(base), recordings_(recordings), views_(views), chosen_(chosen),
+          fitted_(fit::start_from(base)), layout_(fit::joint_layout(fitted_, recordings)) {
+        const auto count = static_cast<Eigen::Index>(layout_.ids.size());
+        lower_.resize(count);
+        upper_.resize(count);
+        for (Eigen::Index k = 0; k < count; ++k)
+            std::tie(lower_(k), upper_(k)) =
+                fit::bounds_of(fitted_, layout_.owners[static_cast<std::size_t>(k)]);
+    }
 
-/// A start with the effects is preferred up to this ratio of its χ² to that without them: it leads
-/// out of the smaller model's minimum.
-constexpr double follows_within = 10.0;
+    /// The point with the sizes that explain most while no parameter leaves its bounds.
+    [[nodiscard]] PredictedPoint within_bounds(PredictedPoint point) const {
+        const Eigen::Index own = base_.system.jacobian.cols();
+        Eigen::MatrixXd all = base_.system.jacobian;
+        Eigen::VectorXd lower = Eigen::VectorXd::Constant(own, -no_limit);
+        lower.head(lower_.size()) = lower_;
+        Eigen::VectorXd upper = Eigen::VectorXd::Constant(own, no_limit);
+        upper.head(upper_.size()) = upper_;
+        std::vector<double*> amounts;
+        for (std::size_t e = 0; e < chosen_.size(); ++e)
+            for (std::size_t k = 0; k < point.effects[e].amounts.size(); ++k) {
+                const Eigen::Index column = all.cols();
+                all.conservativeResize(Eigen::NoChange, column + 1);
+                all.col(column) = column_of(e, point.effects[e], k);
+                lower.conservativeResize(column + 1);
+                upper.conservativeResize(column + 1);
+                const EffectColumn& of = node(e, point.effects[e].node).columns[k];
+                const double largest = of.is_certain ? 1.0 : of.largest_amount();
+                lower(column) = of.is_certain ? 1.0 : of.is_one_sided ? 0.0 : -largest;
+                upper(column) = largest;
+                amounts.push_back(&point.effects[e].amounts[k]);
+            }
+        Eigen::MatrixXd information = all.transpose() * all;
+        information.diagonal().tail(all.cols() - own).array() += 1.0; // the prior of the sizes
+        const Eigen::VectorXd change = fit::bounded_minimum(
+            information, all.transpose() * base_.system.residual, lower, upper);
+        for (std::size_t k = 0; k < amounts.size(); ++k)
+            *amounts[k] = change(own + static_cast<Eigen::Index>(k));
+        return point;
+    }
 
-/// Fits from the start with the smallest χ².
-fit::Fit fit_from(const std::vector<fit::StartModels>& starts, const fit::SelectedEffects& effects,
+    /// With this share of the sizes. Y keeps the frequency of the straight way, except along a
+    /// secant, which keeps the first mode.
+    [[nodiscard]] fit::StartModels towards(const PredictedPoint& point, double share) const {
+        for (std::size_t e = 0; e < chosen_.size(); ++e)
+            if (keeps_first_mode(views_[chosen_[e]], point.effects[e], recordings_.size()))
+                return at(point, share);
+        return fit::in_valley([&](double part) { return at(point, part * share); },
+                              fit::joint_layout(at(point, share), recordings_));
+    }
+
+  private:
+    static constexpr double no_limit = 1e6; ///< of a pull
+
+    [[nodiscard]] const EffectNode& node(std::size_t e, std::size_t at) const {
+        return views_[chosen_[e]].columns.nodes[at];
+    }
+
+    [[nodiscard]] Eigen::VectorXd column_of(std::size_t e, const PlacedEffect& effect,
+                                            std::size_t k) const {
+        const auto readings = [&](std::size_t at) {
+            const std::vector<double>& of = node(e, at).columns[k].readings;
+            return Eigen::Map<const Eigen::VectorXd>(of.data(), std::ssize(of));
+        };
+        if (effect.share == 0.0)
+            return readings(effect.node);
+        return (1.0 - effect.share) * readings(effect.node) + effect.share * readings(effect.other);
+    }
+
+    /// On the straight way: the base's parameters compensate the effects, with exact inputs.
+    [[nodiscard]] fit::StartModels at(const PredictedPoint& point, double share) const {
+        PredictedPoint part = point;
+        Eigen::VectorXd readings = Eigen::VectorXd::Zero(base_.system.residual.size());
+        for (std::size_t e = 0; e < chosen_.size(); ++e)
+            for (std::size_t k = 0; k < part.effects[e].amounts.size(); ++k) {
+                double& amount = part.effects[e].amounts[k];
+                amount *= share;
+                readings += amount * column_of(e, part.effects[e], k);
+            }
+        const Eigen::MatrixXd own = base_.system.jacobian.leftCols(lower_.size());
+        fit::StartModels models =
+            fit::moved(fitted_, layout_,
+                       fit::bounded_minimum(own.transpose() * own, -own.transpose() * readings,
+                                            lower_, upper_));
+        for (std::size_t e = 0; e < chosen_.size(); ++e)
+            for (std::size_t m = 0; m < models.size(); ++m)
+                models[m] =
+                    with_effect(models[m], views_[chosen_[e]], part.effects[e], m, recordings_);
+        return models;
+    }
+
+    const fit::Fit& base_;
+    std::span<const fit::ObservedRecording> recordings_;
+    const std::vector<CandidateView>& views_;
+    const std::vector<std::size_t>& chosen_;
+    fit::StartModels fitted_;
+    fit::JointLayout layout_;
+    Eigen::VectorXd lower_; ///< (fitted numbers) of their changes
+    Eigen::VectorXd upper_;
+};
+
+/// Shares of the way to the likeliest estimate at which a fit may begin, too.
+constexpr std::array shorter_shares{1.0 / 4.0};
+
+/// Largest ratio of χ² at such a start to that of the model without the effects.
+constexpr double largest_excess = 10.0;
+
+fit::Fit fit_from(const Attempts& attempts, const fit::SelectedEffects& effects,
                   const fit::Fit& smaller, std::span<const fit::ObservedRecording> recordings,
-                  const fit::FitOptions& options) {
-    const fit::WeightedSystem& system = smaller.system;
-    const Eigen::VectorXd measured = system.residual + system.predicted;
-    std::size_t best = 0;
+                  fit::FitOptions options) {
+    fit::Fit fit;
     int batches = 0;
-    double least = std::numeric_limits<double>::infinity();
-    for (std::size_t first = 0; first < starts.size() && !std::isfinite(least); ++first)
-        try { // where the whole step is too large for a chain, shorter ones may do
-            const std::vector<fit::StartModels> shorter(
-                starts.begin() + static_cast<std::ptrdiff_t>(first), starts.end());
-            const auto readings =
-                fit::readings_together(shorter, smaller, recordings, options.heartbeat, batches);
-            for (std::size_t k = 0; k < readings.size(); ++k)
-                if (const double squares =
-                        (measured - readings[k]).head(system.readings()).squaredNorm() *
-                        (starts.size() > 1 && first + k + 1 == starts.size() ? follows_within
-                                                                             : 1.0);
-                    squares < least) {
-                    least = squares;
-                    best = first + k;
-                }
-        } catch (const core::NumericalError&) {
-        }
-    fit::Fit fit = fit::fit_near(starts[best], effects, smaller, recordings, options);
-    fit.batches += batches;
+    for (std::size_t k = 0; k < attempts.size() && fit.failed(); ++k) {
+        options.largest_start = k + 1 == attempts.size()
+                                    ? std::numeric_limits<double>::infinity()
+                                    : std::sqrt(largest_excess) * smaller.own_weighted_rms;
+        fit = fit::fit_near(attempts[k], effects, smaller, recordings, options);
+        batches += fit.batches;
+    }
+    fit.batches = batches;
     return fit;
 }
 
@@ -167,16 +294,17 @@ class Additions {
     /// Fits the model with these effects, from where their columns lead.
     [[nodiscard]] fit::Fit with(const std::vector<std::size_t>& chosen) const {
         PredictedGain gain = linear_->gain(chosen);
-        if (gain.nodes.empty()) // all allowed sizes make the fit worse: it starts without them
-            for (const std::size_t k : chosen) {
-                gain.nodes.push_back(0);
-                gain.amounts.emplace_back(views_[k].columns.nodes.front().columns.size(), 0.0);
-            }
+        if (gain.points.empty()) { // all allowed sizes make the fit worse: it starts without them
+            gain.points.emplace_back();
+            for (const std::size_t k : chosen)
+                gain.points.front().effects.push_back(
+                    {.amounts = std::vector(views_[k].columns.nodes.front().columns.size(), 0.0)});
+        }
         fit::SelectedEffects effects = smaller_.effects;
         for (const std::size_t k : chosen)
             effects.push_back(views_[k].effect);
-        return fit_from(starts_to_estimate(smaller_, recordings_, views_, *linear_, chosen, gain),
-                        effects, smaller_, recordings_, options_);
+        return fit_from(starts_to_estimate(smaller_, recordings_, views_, chosen, gain), effects,
+                        smaller_, recordings_, options_);
     }
 
   private:
@@ -230,28 +358,19 @@ bool can_be_combined(const fit::SelectedEffects& effects) {
     return true;
 }
 
-std::vector<fit::StartModels>
-starts_to_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
-                   const std::vector<CandidateView>& views, const LinearEvidence& linear,
-                   const std::vector<std::size_t>& chosen, PredictedGain gain) {
-    const fit::StartModels fitted = fit::start_from(base);
-    const fit::JointLayout layout = fit::joint_layout(fitted, recordings);
-    const std::vector<std::vector<double>> whole = gain.amounts;
-    std::vector<fit::StartModels> starts;
-    for (const double factor : tried_factors) {
-        for (std::size_t e = 0; e < chosen.size(); ++e)
-            for (std::size_t k = 0; k < whole[e].size(); ++k)
-                gain.amounts[e][k] = factor * whole[e][k];
-        fit::StartModels& models =
-            starts.emplace_back(fit::moved(fitted, layout, linear.own_change(chosen, gain)));
-        for (std::size_t e = 0; e < chosen.size(); ++e) {
-            const CandidateView& view = views[chosen[e]];
-            const EffectNode& node = view.columns.nodes[gain.nodes[e]];
-            for (std::size_t m = 0; m < models.size(); ++m)
-                models[m] = with_effect(models[m], view, node, gain.amounts[e], m, recordings);
-        }
-    }
-    return starts;
+Attempts starts_to_estimate(const fit::Fit& base,
+                            std::span<const fit::ObservedRecording> recordings,
+                            const std::vector<CandidateView>& views,
+                            const std::vector<std::size_t>& chosen, const PredictedGain& gain) {
+    const EstimatedStarts starts(base, recordings, views, chosen);
+    Attempts attempts(2);
+    for (const PredictedPoint& point : gain.points)
+        attempts[0].push_back(starts.towards(starts.within_bounds(point), 1.0));
+    const PredictedPoint likeliest = starts.within_bounds(gain.points.front());
+    for (const double share : shorter_shares)
+        attempts[0].push_back(starts.towards(likeliest, share));
+    attempts[1].push_back(starts.towards(likeliest, 0.0));
+    return attempts;
 }
 
 bool contains_all(const fit::SelectedEffects& effects, const fit::SelectedEffects& some) {
@@ -321,9 +440,9 @@ FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
                         const fit::SelectedEffects& known, const Policy& policy,
                         const fit::FitOptions& options) {
     const fit::Fit fit =
-        planned.starts.empty()
+        planned.attempts.empty()
             ? fit_larger(planned.effects, smaller, recordings, options)
-            : fit_from(planned.starts, planned.effects, smaller, recordings, options);
+            : fit_from(planned.attempts, planned.effects, smaller, recordings, options);
     FittedModel out;
     if (!fit.failed())
         out.evidence = evidence_of(fit, recordings, known);

@@ -45,20 +45,26 @@ void fields(Wire& wire, FittedModel& model) {
     wire(model.evidence, model.is_inadequate);
 }
 
+/// Starts of a fit that are compared by their runs; those of a second attempt count if no fit from
+/// the first one succeeds.
+using Attempts = std::vector<std::vector<fit::StartModels>>;
+
 /// A model to be fitted.
 struct PlannedModel {
     fit::SelectedEffects effects;
     double predicted = not_predicted;
-    std::vector<fit::StartModels> starts; ///< along the way of a prediction, or one near the end
+    Attempts attempts; ///< about the estimate of a prediction, or one start near the end
 };
 
-/// Models of the recordings on the way to the linear estimate: with the effects `chosen` among
-/// `views`, and with the sizes of `gain` and the changes of the base's own parameters multiplied by
-/// 1, 1/4, 1/16 and 0. Locations are those of `gain`.
-[[nodiscard]] std::vector<fit::StartModels>
-starts_to_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
-                   const std::vector<CandidateView>& views, const LinearEvidence& linear,
-                   const std::vector<std::size_t>& chosen, PredictedGain gain);
+/// Models of the recordings with the effects `chosen` among `views`: at the linear estimate of each
+/// point of `gain`, then on the way to the likeliest one, where the sizes and the changes of the
+/// base's parameters are multiplied by 1/4 and 1/16, then without the effects. Y keeps the
+/// frequency of the straight way (fit::in_valley()).
+[[nodiscard]] Attempts starts_to_estimate(const fit::Fit& base,
+                                          std::span<const fit::ObservedRecording> recordings,
+                                          const std::vector<CandidateView>& views,
+                                          const std::vector<std::size_t>& chosen,
+                                          const PredictedGain& gain);
 
 /// Adds the effects to `smaller` together and one by one, the one that is predicted to explain most
 /// first, each time from the linear estimate about the fit before; the better fit counts. If
@@ -68,7 +74,7 @@ starts_to_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording>
                                   std::span<const fit::ObservedRecording> recordings,
                                   const fit::FitOptions& options = {});
 
-/// Fits from the best of the plan's starts or, if there is none, as fit_larger(). `smaller`: a
+/// Fits from the plan's starts or, if there are none, as fit_larger(). `smaller`: a
 /// fitted model with some of the effects.
 [[nodiscard]] FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
                                       std::span<const fit::ObservedRecording> recordings,

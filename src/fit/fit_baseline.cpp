@@ -28,25 +28,6 @@ void compute_with(const physics::StemParameters<double>& wanted, StemModel& mode
             model.spec.stem.*member *= wanted.*member / now.*member;
 }
 
-/// A fit of one recording again after a change of its noise or its errors. `known`: what was added
-/// to the predicted readings.
-Fit fit_again(const Fit& before, const ObservedRecording& recording,
-              const std::vector<double>& known, const FitOptions& options) {
-    const RecordingFit& part = before.parts.front();
-    const StemModel model = with_error_terms(part.model, recording);
-    std::vector<ChainPrediction> predictions;
-    if (model.error_values.size() == part.model.error_values.size()) {
-        predictions.push_back(part.prediction);
-        predictions.front().batches = 0;
-        for (std::size_t at = 0; at < known.size(); ++at)
-            predictions.front().readings[at] += known[at];
-    }
-    Fit fit =
-        fit_near({model}, before.effects, {}, {&recording, 1}, options, std::move(predictions));
-    fit.batches += before.batches;
-    return fit;
-}
-
 /// The error terms of a recording about its own fit, which is fitted again with them.
 Fit fit_with_terms(Fit fit, ObservedRecording& recording, const FitOptions& options) {
     auto terms = std::make_shared<std::vector<ErrorTerm>>();
@@ -71,7 +52,7 @@ Fit fit_with_terms(Fit fit, ObservedRecording& recording, const FitOptions& opti
     recording.terms = std::move(terms);
     if (!fitted->known.empty() || !fitted->terms.empty())
         recording.errors = std::move(fitted);
-    return fit_again(fit, recording, known, options);
+    return fit_again(fit, {}, {&recording, 1}, options, {known});
 }
 
 /// Standard uncertainty of a parameter's logarithm by the stated inputs of one recording alone.
@@ -121,7 +102,7 @@ Fit fit_together(const std::vector<Fit>& alone, const std::vector<ObservedRecord
         smaller.parts.push_back(alone[m].parts.front());
         batches += alone[m].batches;
     }
-    Fit fit = fit_near(start, {}, smaller, recordings, options);
+    Fit fit = fit_near({start}, {}, smaller, recordings, options);
     fit.batches += batches;
     return fit;
 }
@@ -158,7 +139,7 @@ BaselineFit fit_baseline(std::span<const measure::Measurement> measurements,
             return {observed(measurements), std::move(own)};
         }
         recording = with_noise_in_motion(own.parts.front(), recording);
-        own = fit_again(own, recording, {}, options);
+        own = fit_again(own, {}, {&recording, 1}, options);
         if (own.failed())
             return {observed(measurements), std::move(own)};
         alone.push_back(std::move(own));
@@ -195,8 +176,8 @@ BaselineFit baseline_with_chain(const BaselineFit& other, const FitOptions& from
         Fit numbers;
         numbers.parameters = other.fit.parts[m].parameters;
         alone.push_back(fit_near(
-            with_chain(numbers, {&other.recordings[m], 1}, from, {&recordings[m], 1}, options), {},
-            {}, {&recordings[m], 1}, options));
+            {with_chain(numbers, {&other.recordings[m], 1}, from, {&recordings[m], 1}, options)},
+            {}, {}, {&recordings[m], 1}, options));
         if (alone.back().failed())
             return {std::move(recordings), std::move(alone.back())};
     }
@@ -228,10 +209,8 @@ baseline_with_noise_about(const Fit& larger, const BaselineFit& baseline,
         out.fit = fit_model({}, {}, out.recordings, options);
         return out;
     }
-    std::vector<ChainPrediction> predictions;
-    for (const RecordingFit& part : baseline.fit.parts)
-        predictions.push_back(part.prediction);
-    out.fit = fit_near(start_from(baseline.fit), {}, {}, out.recordings, options, predictions);
+    out.fit = fit_again(baseline.fit, {}, out.recordings, options);
+    out.fit.batches -= baseline.fit.batches;
     return out;
 }
 

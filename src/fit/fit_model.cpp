@@ -25,9 +25,9 @@ Fit failure(std::string reason, int batches) {
 
 /// A fit from a start, or the reason why it failed.
 Fit fitted(const StartModels& start, std::span<const ObservedRecording> recordings,
-           const JointOptions& options) {
+           JointOptions options) {
     try {
-        Fit fit = fit_jointly(start, recordings, options);
+        Fit fit = fit_jointly(start, recordings, std::move(options));
         return fit.failed() ? failure(fit.reason, fit.batches) : fit;
     } catch (const core::NumericalError& error) {
         return failure(error.what(), 0);
@@ -95,33 +95,46 @@ Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
     return fit;
 }
 
-Fit fit_near(const StartModels& start, const SelectedEffects& effects, const Fit& smaller,
-             std::span<const ObservedRecording> recordings, const FitOptions& options,
-             std::vector<ChainPrediction> predictions) {
-    const std::vector<std::vector<double>> noise = noises(smaller);
-    Fit fit = fitted(start, recordings,
-                     {options.solve(), {}, noise, std::move(predictions), options.with_inputs});
-    if (!smaller.parts.empty() && is_nested(start.front()) &&
-        !is_as_good_as(fit, smaller)) { // it skipped a cycle
-        Fit again =
-            fitted(start, recordings, {options.solve(true), {}, noise, {}, options.with_inputs});
-        const int batches = fit.batches + again.batches;
-        if (fit.failed() || (!again.failed() && again.weighted_rms < fit.weighted_rms))
-            fit = std::move(again);
-        fit.batches = batches;
-        if (!fit.failed() && !is_as_good_as(fit, smaller)) {
-            const measure::ReadingUnit unit =
-                measure::reading_unit(smaller.parts.front().model.spec.sensors);
-            fit = failure(
-                fmt::format("no start leads to a fit as good as that of the model it contains (rms "
-                            "{:.4g} {}, without it {:.4g} {})",
-                            unit.factor * fit.rmse, unit.name, unit.factor * smaller.rmse,
-                            unit.name),
-                fit.batches);
-        }
+Fit fit_near(const std::vector<StartModels>& starts, const SelectedEffects& effects,
+             const Fit& smaller, std::span<const ObservedRecording> recordings,
+             const FitOptions& options, std::vector<KnownPoint> known) {
+    JointOptions joint{options.solve(),     {},
+                       noises(smaller),     std::move(known),
+                       options.with_inputs, {starts.begin() + 1, starts.end()}};
+    Fit fit = fitted(starts.front(), recordings, std::move(joint));
+    if (!fit.failed() && !smaller.parts.empty() && is_nested(starts.front().front()) &&
+        !is_as_good_as(fit, smaller)) {
+        const measure::ReadingUnit unit =
+            measure::reading_unit(smaller.parts.front().model.spec.sensors);
+        fit = failure(fmt::format("no start leads to a fit as good as that of the model it "
+                                  "contains (rms {:.4g} {}, without it {:.4g} {})",
+                                  unit.factor * fit.rmse, unit.name, unit.factor * smaller.rmse,
+                                  unit.name),
+                      fit.batches);
     }
     fit.effects = effects;
     fit.names = model_names(in_library_order(effects));
+    return fit;
+}
+
+Fit fit_again(const Fit& before, const Fit& smaller, std::span<const ObservedRecording> recordings,
+              const FitOptions& options, const std::vector<std::vector<double>>& added) {
+    StartModels start;
+    std::vector<KnownPoint> known;
+    for (std::size_t m = 0; m < before.parts.size(); ++m) {
+        const RecordingFit& part = before.parts[m];
+        start.push_back(with_error_terms(part.model, recordings[m]));
+        KnownPoint& point = known.emplace_back(KnownPoint{part.prediction, {}});
+        for (std::size_t at = 0; m < added.size() && at < added[m].size(); ++at)
+            point.prediction.readings[at] += added[m][at];
+        std::ranges::copy_if(part.terms, std::back_inserter(point.inputs),
+                             [](const auto& term) { return term.kind == ErrorKind::StatedInput; });
+    }
+    for (std::size_t m = 0; m < start.size(); ++m)
+        if (start[m].error_values.size() != before.parts[m].model.error_values.size())
+            known.clear(); // the predictions have no derivatives by the new terms
+    Fit fit = fit_near({start}, before.effects, smaller, recordings, options, std::move(known));
+    fit.batches += before.batches;
     return fit;
 }
 

@@ -21,13 +21,20 @@ namespace culm::fit {
                             std::span<const ObservedRecording> recordings,
                             const FitOptions& options = {});
 
-/// Fits a model with these effects from models that are near the solution. `predictions`: at these
-/// models; empty: to be computed. If a model that contains the smaller one fits worse, it has
-/// skipped a cycle: growing windows are tried. If that does not help, the fit has failed.
-[[nodiscard]] Fit fit_near(const StartModels& start, const SelectedEffects& effects,
+/// Fits a model with these effects from the best of `starts`, which are near the solution. `known`:
+/// at the first one; empty: to be computed. A model that contains the smaller one and fits worse
+/// has failed.
+[[nodiscard]] Fit fit_near(const std::vector<StartModels>& starts, const SelectedEffects& effects,
                            const Fit& smaller, std::span<const ObservedRecording> recordings,
-                           const FitOptions& options,
-                           std::vector<ChainPrediction> predictions = {});
+                           const FitOptions& options, std::vector<KnownPoint> known = {});
+
+/// Fits the model of `before` again after a change of the noise or the error terms of the
+/// recordings, from its solution. `added` (recordings)(readings): to the predicted readings since
+/// then; empty: nothing. `smaller`: as for fit_near().
+[[nodiscard]] Fit fit_again(const Fit& before, const Fit& smaller,
+                            std::span<const ObservedRecording> recordings,
+                            const FitOptions& options,
+                            const std::vector<std::vector<double>>& added = {});
 
 /// The published chain, and the recordings with their noise in motion and the error terms that are
 /// the same for all models: every other model is fitted to these.

@@ -186,6 +186,15 @@ double branch_stiffening(const physics::ChainModel<double>& model, double angula
     return sum;
 }
 
+/// Frequency of a motion over that with relaxed branches; `relaxed`: 1/s.
+double frequency_ratio(const physics::ChainModel<double>& model, double relaxed) {
+    constexpr int passes = 4; // each multiplies the error by a small part of the stiffening
+    double ratio = 1.0;
+    for (int pass = 0; pass < passes; ++pass)
+        ratio = std::sqrt(1.0 + branch_stiffening(model, ratio * relaxed));
+    return ratio;
+}
+
 } // namespace
 
 double VibrationMode::damping_ratio() const {
@@ -217,6 +226,24 @@ std::vector<VibrationMode> vibration_modes(const LinearisedChain& chain, std::si
 
 double lowest_natural_frequency(const LinearisedChain& chain) {
     return lowest_undamped(chain).angular_frequency / (2.0 * std::numbers::pi);
+}
+
+VibrationMode lightly_damped_mode(const physics::Chain<2, double>& chain) {
+    const LinearisedChain linear = linearise_transverse(chain);
+    const UndampedMode relaxed = lowest_undamped(linear);
+    const double omega =
+        relaxed.angular_frequency * frequency_ratio(chain.model(), relaxed.angular_frequency);
+    const Eigen::VectorXd shape = relaxed.shape.cwiseQuotient(linear.mass.cwiseSqrt());
+    // A branch takes Im E*(ω)/E of the elastic energy of the bonds in each radian.
+    double loss = 0.0;
+    for (const physics::MaxwellBranch<double>& branch : chain.model().branches) {
+        const double phase = omega * branch.relaxation_time;
+        loss += branch.relative_stiffness * phase / (1.0 + phase * phase);
+    }
+    const double decay = 0.5 * shape.dot(linear.damping * shape) +
+                         0.5 * loss * relaxed.angular_frequency * relaxed.angular_frequency / omega;
+    const double frequency = omega / (2.0 * std::numbers::pi);
+    return {frequency, -decay, -decay / frequency};
 }
 
 double largest_stable_step(const LinearisedChain& chain) {
@@ -266,8 +293,8 @@ std::vector<VibrationMode> transverse_modes(const physics::Chain<2, double>& cha
         modes = {*slowest};
     if (modes.empty())
         return modes;
-    const double factor = std::sqrt(
-        1.0 + branch_stiffening(chain.model(), 2.0 * std::numbers::pi * modes.front().frequency));
+    const double factor =
+        frequency_ratio(chain.model(), 2.0 * std::numbers::pi * modes.front().frequency);
     for (VibrationMode& mode : modes) {
         mode.frequency *= factor;
         mode.decay_per_cycle /= factor;

@@ -34,6 +34,10 @@ struct VibrationMode {
 /// costs much less than all modes. NaN if the stiffness is singular or the chain leans further.
 [[nodiscard]] double lowest_natural_frequency(const LinearisedChain& chain);
 
+/// The first of transverse_modes() to first order in the damping, at the same low cost: its
+/// frequency is the natural one.
+[[nodiscard]] VibrationMode lightly_damped_mode(const physics::Chain<2, double>& chain);
+
 /// The largest step (s) for which velocity Verlet, with damping evaluated from the half-step
 /// velocity, is stable for the linearised chain: the one-step map's spectral radius is 1 there.
 [[nodiscard]] double largest_stable_step(const LinearisedChain& chain);

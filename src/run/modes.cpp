@@ -16,10 +16,14 @@ namespace {
 
 constexpr double little_damping = 1e-3; // β of a chain that vibrates
 
-/// The case's chain in the plane of the pull, without the effects that leave it.
+/// The case's chain in the plane of the pull, without the effects that leave it and without dry
+/// friction.
 physics::Chain<2, double> planar_chain(CaseSpec spec) {
     std::erase_if(spec.effects, [](const auto& active) { return active.effect->dimensions() > 2; });
-    return {spec.stem.sphere_count, case_model(spec).chain, spec.law};
+    physics::ChainModel<double> model = case_model(spec).chain;
+    if (model.hinge) // the damping of dry friction at rest is far above that in a swing
+        model.hinge->friction_moment = 0.0;
+    return {spec.stem.sphere_count, model, spec.law};
 }
 
 constexpr double small_deflection = 1e-6; ///< of the tip, bond lengths
@@ -103,8 +107,8 @@ integrate::VibrationMode first_mode(const CaseSpec& spec) {
     return modes.front();
 }
 
-double lowest_frequency_with_effects(const CaseSpec& spec) {
-    return integrate::lowest_natural_frequency(integrate::linearise_transverse(planar_chain(spec)));
+integrate::VibrationMode lightly_damped_mode(const CaseSpec& spec) {
+    return integrate::lightly_damped_mode(planar_chain(spec));
 }
 
 double natural_frequency(const CaseSpec& spec) {

@@ -11,7 +11,7 @@
 namespace culm::run {
 
 /// The slowest transverse modes of the case in the plane of the pull, with its effects except those
-/// that leave the plane: integrate::transverse_modes().
+/// that leave the plane and dry friction: integrate::transverse_modes().
 [[nodiscard]] std::vector<integrate::VibrationMode> chain_modes(const CaseSpec& spec,
                                                                 std::size_t count);
 
@@ -32,10 +32,9 @@ struct ShapedMode {
 /// core::NumericalError if it does not vibrate.
 [[nodiscard]] integrate::VibrationMode first_mode(const CaseSpec& spec);
 
-/// The lowest natural frequency of the case's chain in its plane, undamped, Hz: effects count as
-/// far as they are linear about the straight line, Maxwell branches as relaxed. NaN if the straight
-/// chain is unstable.
-[[nodiscard]] double lowest_frequency_with_effects(const CaseSpec& spec);
+/// The first of chain_modes() to first order in the damping, at a small part of its cost; its
+/// frequency is the natural one. NaN if the straight chain is unstable.
+[[nodiscard]] integrate::VibrationMode lightly_damped_mode(const CaseSpec& spec);
 
 /// Frequency of the first mode of the slender beam, Hz. Known masses change it by the same ratio as
 /// that of the chain. Throws as first_mode() if there are any.

@@ -51,9 +51,6 @@ TEST(LinearEvidence, EqualsTheIntegralOverTheSize) {
                std::sqrt(2.0 * std::numbers::pi);
     }
     EXPECT_NEAR(gain.log_evidence, std::log(sum) + diagnose::log_prior_odds(), 1e-6);
-    // The own parameter compensates the part that it imitates.
-    const Eigen::VectorXd change = linear.own_change(set, gain);
-    EXPECT_NEAR(change(0), -5.0 * gain.amounts.front().front(), 1e-12);
 }
 
 TEST(LinearEvidence, RejectsASizeWithTheForbiddenSign) {

@@ -39,7 +39,7 @@ class Starts {
     /// χ² above the number of readings, where a fit from this start alone ends; that of the smaller
     /// model if it fails.
     [[nodiscard]] double excess_from(const fit::StemModel& start) const {
-        return excess(fit::fit_near({start}, effects_, smaller_, {&recording_, 1}, {}));
+        return excess(fit::fit_near({{start}}, effects_, smaller_, {&recording_, 1}, {}));
     }
     [[nodiscard]] double excess_of_policy() const {
         return excess(fit_candidate(effects_, smaller_, recording_));

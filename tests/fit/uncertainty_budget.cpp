@@ -229,10 +229,6 @@ TEST(StatedInputs, ReturnTheValueThatWasSet) {
         measure::Measurement measurement = empty_measurement();
         measurement.stem.section = section;
         measurement.stem.added_masses = {{0.1, 2e-5, {}}};
-        const run::CaseParameter height = fit::height_of_rows(measurement);
-        run::CaseSpec raised = fit::chain_of(measurement).spec;
-        height.set(raised, 1e-3);
-        EXPECT_NEAR(height.get(raised), 1e-3, 1e-15);
         for (const fit::StatedInput& input : fit::stated_inputs(measurement)) {
             if (input.acts != fit::InputActs::OnChain)
                 continue;

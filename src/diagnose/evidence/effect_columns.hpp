@@ -4,6 +4,7 @@
 
 #include "fit/fit_model.hpp"
 
+#include <cmath>
 #include <limits>
 #include <span>
 #include <string>
@@ -20,6 +21,12 @@ struct EffectColumn {
     bool is_one_sided = false;
     bool is_certain = false; ///< it acts with exactly this size
     double secant = 0.0;     ///< size at the end of a secant; 0: a derivative
+
+    /// Up to which the readings are linear: for a derivative in standard deviations of the prior,
+    /// for a secant in units of its length.
+    [[nodiscard]] double largest_amount() const {
+        return secant == 0.0 ? 3.0 : 2.0 * std::abs(secant);
+    }
 };
 
 template <class Wire>

@@ -17,10 +17,7 @@ using SmallMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_columns, most_columns>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_columns, 1>;
 
-/// Largest size for which a derivative is used, in standard deviations of the prior, and for a
-/// secant in units of its length.
-constexpr double largest_of_derivative = 3.0;
-constexpr double extrapolation = 2.0;
+constexpr std::size_t most_points = 3; ///< from which a fit may begin
 
 } // namespace
 
@@ -28,17 +25,21 @@ constexpr double extrapolation = 2.0;
 struct LinearEvidence::Sum {
     double total = 0.0; ///< over exp(log evidence of the likeliest point)
     double points = 0.0;
-    PredictedGain likeliest{-std::numeric_limits<double>::infinity(), {}, {}, {}};
+    std::vector<PredictedPoint> likeliest; ///< the best first
+
+    [[nodiscard]] double largest() const {
+        return likeliest.empty() ? -std::numeric_limits<double>::infinity()
+                                 : likeliest.front().log_value;
+    }
 };
 
 LinearEvidence::LinearEvidence(const fit::WeightedSystem& system,
-                               const std::vector<CandidateView>& candidates)
-    : own_(std::in_place, system.jacobian),
-      fitted_(std::in_place, system.jacobian.leftCols(system.fitted)),
-      raw_(column_matrix(candidates, system.residual.size())) {
-    const Eigen::MatrixXd remainder = own_->remainder(raw_);
+                               const std::vector<CandidateView>& candidates) {
+    const fit::Projector own(system.jacobian);
+    const Eigen::MatrixXd remainder =
+        own.remainder(column_matrix(candidates, system.residual.size()));
     gram_ = remainder.transpose() * remainder;
-    overlap_ = remainder.transpose() * own_->remainder(system.residual);
+    overlap_ = remainder.transpose() * own.remainder(system.residual);
     for (const CandidateView& each : candidates)
         add_nodes(each.columns);
 }
@@ -54,12 +55,10 @@ void LinearEvidence::add_nodes(const EffectColumns& columns) {
     std::vector<Node>& nodes = nodes_.emplace_back();
     for (std::size_t k = 0; k < columns.nodes.size(); ++k) {
         Node& node = nodes.emplace_back();
-        node.first = k;
+        node.first = node.second = k;
         for (const EffectColumn& column : columns.nodes[k].columns) {
             node.sizes.push_back(static_cast<Eigen::Index>(columns_.size()));
-            columns_.push_back({column.is_one_sided, column.is_certain,
-                                column.secant == 0.0 ? largest_of_derivative
-                                                     : extrapolation * std::abs(column.secant)});
+            columns_.push_back({column.is_one_sided, column.is_certain, column.largest_amount()});
         }
     }
     // Between two points of the grid the readings are nearly the mean of those at the two points.
@@ -67,17 +66,18 @@ void LinearEvidence::add_nodes(const EffectColumns& columns) {
     for (std::size_t a = 0; a < points; ++a)
         for (std::size_t b = a + 1; b < points; ++b)
             if (nodes[a].sizes.size() == 1 && nodes[b].sizes.size() == 1)
-                nodes.push_back({{nodes[a].sizes.front(), nodes[b].sizes.front()}, a, true});
+                nodes.push_back({{nodes[a].sizes.front(), nodes[b].sizes.front()}, a, b, true});
 }
 
 PredictedGain LinearEvidence::gain(std::span<const std::size_t> candidates) const {
     Sum sum;
     std::vector<std::size_t> chosen;
     add(candidates, chosen, sum);
+    PredictedGain gain{sum.largest(), std::move(sum.likeliest)};
     if (sum.total > 0.0)
-        sum.likeliest.log_evidence = sum.likeliest.log_evidence + std::log(sum.total / sum.points) +
-                                     static_cast<double>(candidates.size()) * log_prior_odds();
-    return std::move(sum.likeliest);
+        gain.log_evidence += std::log(sum.total / sum.points) +
+                             static_cast<double>(candidates.size()) * log_prior_odds();
+    return gain;
 }
 
 void LinearEvidence::add(std::span<const std::size_t> candidates, std::vector<std::size_t>& chosen,
@@ -162,53 +162,36 @@ void LinearEvidence::add_point(std::span<const std::size_t> candidates,
                    amounts[node->sizes.front()] * amounts[node->sizes.back()] <= 0.0;
         }))
         return;
-    const double largest = sum.likeliest.log_evidence;
-    if (log_value > largest) {
-        sum.total = sum.total * std::exp(largest - log_value) + 1.0;
-        sum.likeliest = point(log_value, candidates, nodes, amounts);
-    } else {
-        sum.total += std::exp(log_value - largest);
-    }
+    const double largest = sum.largest();
+    sum.total = log_value > largest ? sum.total * std::exp(largest - log_value) + 1.0
+                                    : sum.total + std::exp(log_value - largest);
+    const auto after = std::ranges::find_if(
+        sum.likeliest, [&](const PredictedPoint& each) { return each.log_value < log_value; });
+    sum.likeliest.insert(after, point(log_value, nodes, amounts));
+    if (sum.likeliest.size() > most_points)
+        sum.likeliest.pop_back();
 }
 
-PredictedGain LinearEvidence::point(double log_value, std::span<const std::size_t> candidates,
-                                    const std::vector<const Node*>& nodes,
-                                    std::map<Eigen::Index, double>& amounts) const {
-    PredictedGain out{log_value, {}, {}, {}};
-    for (std::size_t e = 0; e < nodes.size(); ++e) {
-        const Node& node = *nodes[e];
-        std::size_t nearest = node.first;
-        if (node.is_between &&
-            std::abs(amounts[node.sizes.back()]) > std::abs(amounts[node.sizes.front()]))
-            nearest = std::ranges::find_if(nodes_[candidates[e]], [&](const Node& each) {
-                          return !each.is_between && each.sizes.front() == node.sizes.back();
-                      })->first;
-        std::vector<double>& own = out.amounts.emplace_back();
+PredictedPoint LinearEvidence::point(double log_value, const std::vector<const Node*>& nodes,
+                                     std::map<Eigen::Index, double>& amounts) const {
+    PredictedPoint out{log_value, {}};
+    for (const Node* node : nodes) {
+        PlacedEffect& effect = out.effects.emplace_back();
+        effect.node = node->first;
+        effect.other = node->second;
         // aᵀ G a of its columns is an upper bound of what it explains in addition to the others.
-        double fall = 0.0;
-        for (const Eigen::Index i : node.sizes) {
-            own.push_back(amounts[i]);
-            for (const Eigen::Index j : node.sizes)
-                fall += amounts[i] * gram_(i, j) * amounts[j];
+        for (const Eigen::Index i : node->sizes) {
+            effect.amounts.push_back(amounts[i]);
+            for (const Eigen::Index j : node->sizes)
+                effect.fall += amounts[i] * gram_(i, j) * amounts[j];
         }
-        if (node.is_between)
-            own = {own.front() + own.back()};
-        out.falls.push_back(fall);
-        out.nodes.push_back(nearest);
+        if (node->is_between) {
+            const double sum = effect.amounts.front() + effect.amounts.back();
+            effect.share = effect.amounts.back() / sum;
+            effect.amounts = {sum};
+        }
     }
     return out;
-}
-
-Eigen::VectorXd LinearEvidence::own_change(std::span<const std::size_t> candidates,
-                                           const PredictedGain& gain) const {
-    Eigen::VectorXd change = Eigen::VectorXd::Zero(raw_.rows());
-    for (std::size_t e = 0; e < candidates.size(); ++e) {
-        const Node& node = nodes_[candidates[e]][gain.nodes[e]];
-        std::size_t k = 0;
-        for (const Eigen::Index each : node.sizes)
-            change -= gain.amounts[e][k++] * raw_.col(each);
-    }
-    return fitted_->coefficients(change);
 }
 
 } // namespace culm::diagnose

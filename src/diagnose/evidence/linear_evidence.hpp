@@ -15,12 +15,27 @@
 
 namespace culm::diagnose {
 
+/// One effect at a point of its grid, or between two points.
+struct PlacedEffect {
+    std::size_t node = 0;        ///< of the grid
+    std::size_t other = 0;       ///< the second point; the same: none
+    double share = 0.0;          ///< of the second point
+    std::vector<double> amounts; ///< (columns of the node); between two points their sum
+    double fall = 0.0;           ///< of χ² by this effect alone
+
+    [[nodiscard]] std::size_t nearest() const { return share > 0.5 ? other : node; }
+};
+
+/// Effects that join the fitted model, each at a point of its grid.
+struct PredictedPoint {
+    double log_value = 0.0; ///< log evidence there over that of the fitted model
+    std::vector<PlacedEffect> effects;
+};
+
 /// A set of effects that may join the fitted model.
 struct PredictedGain {
     double log_evidence = 0.0; ///< over that of the fitted model; −infinity: no allowed sizes
-    std::vector<std::size_t> nodes;           ///< (effects) the likeliest point of each one's grid
-    std::vector<std::vector<double>> amounts; ///< (effects)(columns of the node)
-    std::vector<double> falls;                ///< (effects) of χ² by each alone
+    std::vector<PredictedPoint> points; ///< the likeliest ones, the best first
 };
 
 /// The candidates' columns without the part that the model's parameters imitate. A set with columns
@@ -31,17 +46,12 @@ class LinearEvidence {
     LinearEvidence(const fit::WeightedSystem& system, const std::vector<CandidateView>& candidates);
 
     /// From SᵀS and Sᵀr, summed over stems; the columns of `candidates` need no readings.
-    /// own_change() is not available.
     LinearEvidence(const std::vector<EffectColumns>& candidates, Eigen::MatrixXd gram,
                    Eigen::VectorXd overlap);
 
     /// Sum over the points of the grids, which are equally probable; sizes with a forbidden sign
     /// are excluded. Two points of one grid together represent the points between them.
     [[nodiscard]] PredictedGain gain(std::span<const std::size_t> candidates) const;
-
-    /// Change of the fitted numbers that accompanies the columns' amounts, with exact inputs.
-    [[nodiscard]] Eigen::VectorXd own_change(std::span<const std::size_t> candidates,
-                                             const PredictedGain& gain) const;
 
   private:
     struct Column {
@@ -52,6 +62,7 @@ class LinearEvidence {
     struct Node {
         std::vector<Eigen::Index> sizes;
         std::size_t first = 0;   ///< index among the candidate's nodes
+        std::size_t second = 0;  ///< of a node between two; else the same
         bool is_between = false; ///< two points of the grid: their amounts have one sign
     };
     struct Sum;
@@ -61,9 +72,8 @@ class LinearEvidence {
              Sum& sum) const;
     void add_point(std::span<const std::size_t> candidates, const std::vector<std::size_t>& chosen,
                    Sum& sum) const;
-    [[nodiscard]] PredictedGain point(double log_value, std::span<const std::size_t> candidates,
-                                      const std::vector<const Node*>& nodes,
-                                      std::map<Eigen::Index, double>& amounts) const;
+    [[nodiscard]] PredictedPoint point(double log_value, const std::vector<const Node*>& nodes,
+                                       std::map<Eigen::Index, double>& amounts) const;
     [[nodiscard]] double solve(const std::vector<Eigen::Index>& sizes,
                                const std::vector<Eigen::Index>& certain,
                                std::map<Eigen::Index, double>& amounts) const;
@@ -71,11 +81,8 @@ class LinearEvidence {
         return columns_[static_cast<std::size_t>(k)];
     }
 
-    std::optional<fit::Projector> own_;    ///< with all error terms
-    std::optional<fit::Projector> fitted_; ///< of the fitted numbers alone
     std::vector<std::vector<Node>> nodes_; ///< (candidates)
     std::vector<Column> columns_;
-    Eigen::MatrixXd raw_;     ///< (rows, columns)
     Eigen::MatrixXd gram_;    ///< (columns, columns) without what the parameters imitate
     Eigen::VectorXd overlap_; ///< (columns) with the residual
 };

@@ -143,7 +143,8 @@ LinearEvidence RigPrediction::sum(std::span<const StemSurvey> surveys,
 
 RigEffect RigPrediction::estimated(std::size_t candidate, std::size_t place,
                                    const PredictedGain& gain) const {
-    const EffectNode& node = columns_[candidate].nodes[gain.nodes[place]];
+    const PlacedEffect& estimate = gain.points.front().effects[place];
+    const EffectNode& node = columns_[candidate].nodes[estimate.nearest()];
     RigEffect out = stems_.with_default_values(stems_.options.candidates[candidate], rig_, false);
     const std::vector<physics::EffectParameter> parameters = out.effect.effect->parameters();
     const std::vector<std::size_t> places = free_parameters(out.effect);
@@ -153,9 +154,8 @@ RigEffect RigPrediction::estimated(std::size_t candidate, std::size_t place,
         const ParameterPrior& prior = priors_[candidate][free];
         for (std::size_t c = 0; c < node.columns.size() && !prior.is_place; ++c)
             if (node.columns[c].parameter == free) {
-                const double value =
-                    fit::from_coordinate(parameters[k].fitted_as,
-                                         prior.absent + gain.amounts[place][c] * prior.deviation);
+                const double value = fit::from_coordinate(
+                    parameters[k].fitted_as, prior.absent + estimate.amounts[c] * prior.deviation);
                 out.values[k] = std::isfinite(value) // a stiffness without compliance is not
                                     ? std::clamp(value, parameters[k].lower, parameters[k].upper)
                                     : parameters[k].upper;

@@ -178,25 +178,25 @@ std::string term_name(const StatedInput& input, const measure::Measurement& meas
     return fmt::format("{} ({:.6g} {}) of {}", input.name, input.value, input.unit, specimen);
 }
 
+/// Distance over which a slope along the stem is taken, bond lengths.
+constexpr double slope_distance = 0.01;
+
 /// Derivatives of the predicted readings at the times of a fit.
 class InputChanges {
   public:
     InputChanges(const RecordingFit& fit, const measure::Measurement& measurement,
                  const std::vector<StatedInput>& inputs, const run::Heartbeat& heartbeat)
-        : fit_(fit), measurement_(measurement) {
+        : fit_(fit), measurement_(measurement),
+          distance_(slope_distance * fit.model.spec.stem.bond_length) {
         StemModel model = fixed_model(fit.model);
         for (const StatedInput& input : inputs) {
             columns_.push_back(model.parameters.size());
             if (input.acts == InputActs::OnChain)
                 model.parameters.push_back({input.access, input.unit});
         }
-        rows_column_ = model.parameters.size();
-        if (std::ranges::any_of(inputs, [](const StatedInput& input) {
-                return input.acts == InputActs::OnRows || input.acts == InputActs::OnPicture;
-            }))
-            model.parameters.push_back({height_of_rows(measurement), "m"});
-        if (!model.parameters.empty())
-            changed_ = predict_readings(model, fit.times, heartbeat);
+        add_rows(-distance_, model.spec);
+        add_rows(distance_, model.spec);
+        changed_ = predict_readings(model, fit.times, heartbeat);
     }
 
     [[nodiscard]] int batches() const { return changed_.batches; }
@@ -212,8 +212,33 @@ class InputChanges {
 
   private:
     static double finite(double value) { return std::isfinite(value) ? value : 0.0; }
-    [[nodiscard]] double changed(std::size_t at, std::size_t column) const {
-        return finite(changed_.jacobian[at * changed_.parameters + column]);
+
+    /// The same rows again, shifted along the stem.
+    void add_rows(double shift, run::CaseSpec& spec) const {
+        for (std::size_t j = 0; j < measurement_.heights.size(); ++j)
+            spec.heights.push_back(spec.heights[j] + shift);
+        for (std::size_t j = 0; j < measurement_.sensors.size(); ++j)
+            spec.sensors.push_back(spec.sensors[j]);
+    }
+
+    /// Index of a reading in the run; `copy`: 0, or 1 and 2 for the rows below and above.
+    [[nodiscard]] std::size_t place_of(std::size_t at, std::size_t copy) const {
+        const std::size_t rows = fit_.prediction.rows;
+        return at / rows * changed_.rows + copy * rows + at % rows;
+    }
+
+    [[nodiscard]] double by_chain(std::size_t at, std::size_t column) const {
+        return finite(changed_.jacobian[place_of(at, 0) * changed_.parameters + column]);
+    }
+
+    /// Derivative by the height of the row. A row at an end of the stem has one neighbour.
+    [[nodiscard]] double by_height(std::size_t at) const {
+        const double here = changed_.readings[place_of(at, 0)];
+        const double below = changed_.readings[place_of(at, 1)];
+        const double above = changed_.readings[place_of(at, 2)];
+        const double down = std::isfinite(below) ? here - below : above - here;
+        const double up = std::isfinite(above) ? above - here : down;
+        return finite(0.5 * (down + up) / distance_);
     }
 
     [[nodiscard]] double derivative(std::size_t at, const StatedInput& input, std::size_t k) const {
@@ -221,11 +246,11 @@ class InputChanges {
         const std::size_t row = at % own.rows;
         switch (input.acts) {
         case InputActs::OnChain:
-            return changed(at, columns_[k]);
+            return by_chain(at, columns_[k]);
         case InputActs::OnRows:
-            return changed(at, rows_column_);
+            return by_height(at);
         case InputActs::OnPicture:
-            return measurement_.heights[row] * changed(at, rows_column_) - finite(own.readings[at]);
+            return measurement_.heights[row] * by_height(at) - finite(own.readings[at]);
         case InputActs::OnSensor:
             return row == input.row ? -finite(own.readings[at]) : 0.0;
         case InputActs::OnClock:
@@ -242,9 +267,9 @@ class InputChanges {
 
     const RecordingFit& fit_;
     const measure::Measurement& measurement_;
-    ChainPrediction changed_;          ///< by the inputs that change the chain, and by the rows
+    double distance_;                  ///< of the added rows, m
+    ChainPrediction changed_;          ///< by the inputs that change the chain, with added rows
     std::vector<std::size_t> columns_; ///< (inputs) their columns in changed_
-    std::size_t rows_column_ = 0;      ///< of a common shift of the rows
 };
 
 } // namespace
@@ -271,17 +296,6 @@ restated(const measure::Measurement& measurement, const std::vector<StatedInput>
                 heights[j] += change * measurement.heights[j];
     }
     return {std::move(stem), std::move(heights)};
-}
-
-run::CaseParameter height_of_rows(const measure::Measurement& measurement) {
-    const std::vector<double>& stated = measurement.heights;
-    return {{{}, "height of the rows", {}},
-            [top = stated.back()](const run::CaseSpec& spec) { return spec.heights.back() - top; },
-            [stated](run::CaseSpec& spec, double shift) {
-                for (std::size_t j = 0; j < stated.size(); ++j)
-                    spec.heights[j] = stated[j] + shift;
-            },
-            measurement.stem.length};
 }
 
 std::vector<StatedInput> stated_inputs(const measure::Measurement& measurement) {

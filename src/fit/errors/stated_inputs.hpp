@@ -54,9 +54,6 @@ void set_stem(const measure::MeasuredStem& stem, run::CaseSpec& spec);
 restated(const measure::Measurement& measurement, const std::vector<StatedInput>& inputs,
          std::span<const double> errors);
 
-/// A shift of all rows of a measurement's case, m; 0 is the stated position.
-[[nodiscard]] run::CaseParameter height_of_rows(const measure::Measurement& measurement);
-
 /// The terms of the inputs at the times of a fit, in their order. Recordings of one rig, or of one
 /// specimen with the same stated value, share a term. Adds the lanes that were run to `batches`.
 /// Throws core::NumericalError if the chain cannot be computed with an input changed a little.

@@ -18,6 +18,7 @@ struct FreeParameter {
     physics::FittedAs fitted_as = physics::FittedAs::Itself; ///< else lower must be positive
     bool is_place = false;                                   ///< as in physics::EffectParameter
     double absent = 0.0;                                     ///< likewise
+    bool is_phase = false;                                   ///< likewise
 };
 
 /// Y (Pa) as its logarithm, β, in which decay is linear and which may vanish, and the tip's

@@ -373,8 +373,8 @@ FreeParameter effect_parameter(const physics::Effect& effect,
             active_values(spec, name)[parameter] = value;
         },
         described.fitted_as == physics::FittedAs::Logarithm ? 0.0 : described.scale};
-    return {std::move(access),   described.unit,     described.lower, described.upper,
-            described.fitted_as, described.is_place, described.absent};
+    return {std::move(access),   described.unit,     described.lower,  described.upper,
+            described.fitted_as, described.is_place, described.absent, described.is_phase};
 }
 
 StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,

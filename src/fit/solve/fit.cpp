@@ -79,11 +79,11 @@ JointSolution grow(const JointProblem& problem, StartModels models,
             window.push_back(std::min(cycles * periods[m], last_times[m]));
         if (window == last_times)
             break;
-        JointSolution part = solve(problem, models, window, Purpose::Passing);
+        JointSolution part = solve(problem, {models}, window, Purpose::Passing);
         batches += part.batches;
         models = std::move(part.models);
     }
-    JointSolution solution = solve(problem, models, last_times, Purpose::Final);
+    JointSolution solution = solve(problem, {models}, last_times, Purpose::Final);
     solution.batches += batches;
     return solution;
 }
@@ -110,7 +110,7 @@ JointSolution search(const JointProblem& problem, const StartModels& models,
     few.largest_iterations = most_direct_iterations;
     const JointProblem direct{problem.measurements, problem.layout, problem.noise, problem.is_held,
                               few};
-    bool is_done = has_found([&] { return solve(direct, models, last_times, Purpose::Final); });
+    bool is_done = has_found([&] { return solve(direct, {models}, last_times, Purpose::Final); });
     for (std::size_t k = 0; k < first_moduli.size() && !is_done; ++k) {
         StartModels start = models;
         for (StemModel& model : start)
@@ -169,13 +169,15 @@ RecordingFit part_of(JointSolution& solution, std::size_t m, ReadingNoise noise,
 
 /// The terms of a part in the linear solution. A chain that cannot be computed with an input
 /// changed a little has none of the inputs.
-void add_terms(const ObservedRecording& recording, const JointOptions& options, RecordingFit& part,
-               int& batches) {
+void add_terms(const ObservedRecording& recording, const JointOptions& options,
+               std::vector<ErrorTerm> inputs, RecordingFit& part, int& batches) {
     if (!can_move(part.model, recording))
         return;
     if (options.with_inputs) {
         try {
-            part.terms = input_terms(part, recording, options.chain.heartbeat, batches);
+            part.terms = inputs.empty()
+                             ? input_terms(part, recording, options.chain.heartbeat, batches)
+                             : std::move(inputs);
             std::ranges::move(second_mode_terms(part, recording), std::back_inserter(part.terms));
         } catch (const core::NumericalError&) {
         }
@@ -187,9 +189,11 @@ void add_terms(const ObservedRecording& recording, const JointOptions& options, 
 } // namespace
 
 Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecording> measurements,
-                const JointOptions& options) {
+                JointOptions options) {
     const JointLayout layout = joint_layout(models, measurements);
-    const StartModels starts = reconciled(std::vector(models.begin(), models.end()), layout);
+    std::vector<StartModels> starts{reconciled(std::vector(models.begin(), models.end()), layout)};
+    for (const StartModels& other : options.other_starts)
+        starts.push_back(reconciled(other, layout));
     std::vector<ReadingNoise> noises = noises_of(measurements, options);
     std::vector<std::vector<double>> noise;
     std::vector<double> last_times;
@@ -202,10 +206,15 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
     std::vector<bool> is_held = options.is_held;
     is_held.resize(layout.ids.size(), false);
     const JointProblem problem{measurements, layout, noise, is_held, options.chain};
+    std::vector<ChainPrediction> predictions;
+    for (KnownPoint& known : options.known)
+        predictions.push_back(std::move(known.prediction));
     JointSolution solution =
         options.chain.is_first_guess
-            ? search(problem, starts, last_times)
-            : solve(problem, starts, last_times, Purpose::Final, options.predictions);
+            ? search(problem, starts.front(), last_times)
+            : solve(problem, starts, last_times, Purpose::Final, std::move(predictions));
+    if (solution.batches > 0)
+        options.known.clear(); // the fit has left the point
     Fit fit;
     fit.status = solution.has_converged ? FitStatus::Fitted : FitStatus::Failed;
     if (!solution.has_converged)
@@ -219,7 +228,10 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
     for (std::size_t m = 0; m < measurements.size(); ++m) {
         RecordingFit& part =
             fit.parts.emplace_back(part_of(solution, m, std::move(noises[m]), measurements[m]));
-        add_terms(measurements[m], options, part, fit.batches);
+        add_terms(measurements[m], options,
+                  options.known.empty() ? std::vector<ErrorTerm>()
+                                        : std::move(options.known[m].inputs),
+                  part, fit.batches);
     }
     add_residuals(measurements, fit);
     add_parameters(layout, is_held, fit);

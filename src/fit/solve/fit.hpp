@@ -10,15 +10,21 @@
 
 namespace culm::fit {
 
+/// What an earlier fit has computed for one recording at the values where a fit starts.
+struct KnownPoint {
+    ChainPrediction prediction;
+    std::vector<ErrorTerm> inputs; ///< terms of stated inputs; they hold where no run is needed
+};
+
 struct JointOptions {
     SolveOptions chain;        ///< windows count from each recording's own release
     std::vector<bool> is_held; ///< (joint parameters); empty: none
     /// (recordings)(rows), m: divides the residuals of recordings whose noise is not known; empty:
     /// the same value for all.
     std::vector<std::vector<double>> noise;
-    /// (recordings) at the models' values; empty: to be computed.
-    std::vector<ChainPrediction> predictions{};
-    bool with_inputs = true; ///< as FitOptions::with_inputs
+    std::vector<KnownPoint> known{}; ///< (recordings) at the models' values; empty: to be computed
+    bool with_inputs = true;         ///< as FitOptions::with_inputs
+    std::vector<StartModels> other_starts{}; ///< the best of all starts counts
 };
 
 /// Fits all recordings by least squares (solution.hpp) with the sensitivities of
@@ -29,7 +35,7 @@ struct JointOptions {
 /// heartbeat says so.
 [[nodiscard]] Fit fit_jointly(std::span<const StemModel> models,
                               std::span<const ObservedRecording> measurements,
-                              const JointOptions& options = {});
+                              JointOptions options = {});
 
 /// The fit with some parameters fixed at the model's values; `is_held` is in the order of free_ids.
 /// It starts there without growing windows. For profile likelihoods and constrained comparisons.

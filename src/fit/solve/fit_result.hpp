@@ -26,6 +26,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -179,9 +180,14 @@ struct FitOptions {
     std::optional<double> window; ///< only frames up to here, s after the release; empty: all
     run::Heartbeat heartbeat;
     bool with_inputs = true; ///< the linear solution has terms of stated inputs and second mode
+    /// As SolveOptions::largest_start.
+    double largest_start = std::numeric_limits<double>::infinity();
 
     [[nodiscard]] SolveOptions solve(bool is_first_guess = false) const {
-        return {.window = window, .is_first_guess = is_first_guess, .heartbeat = heartbeat};
+        return {.window = window,
+                .is_first_guess = is_first_guess,
+                .largest_start = largest_start,
+                .heartbeat = heartbeat};
     }
 };
 

@@ -22,7 +22,12 @@ namespace {
 constexpr double final_improvement = 0.1;
 constexpr double passing_improvement = 5.0;
 constexpr double noise_of_runs = 0.2;
-constexpr std::array shares{0.3, 0.1, 0.03};             ///< of a step that failed
+constexpr std::array shares{1.0, 0.3, 0.1};          ///< of a step
+constexpr std::array shorter_shares{0.3, 0.1, 0.03}; ///< of one that failed
+constexpr double rough_gain = 0.5; ///< of the promise; a lower gain is that of a curved valley
+/// A valley in which steps gain less than this share of their promise, and less than one standard
+/// error of a parameter changes, leads nowhere.
+constexpr double vain_gain = 0.02;
 constexpr std::array curved_shares{1.0, 0.6, 0.35, 0.2}; ///< likewise, along its curvature
 constexpr double first_damping = 1e-3;                   ///< over the diagonal of the information
 constexpr double more_damping = 30.0;
@@ -162,6 +167,11 @@ class LeastSquares {
         std::vector<StartModels> runs;
         for (const Step& step : steps)
             runs.push_back(after(point, step));
+        return run(std::move(runs));
+    }
+
+    /// Models side by side, without derivatives.
+    [[nodiscard]] std::vector<Trial> run(std::vector<StartModels> runs) {
         const auto predictions = predict_runs(runs, times_, problem_.options.heartbeat, batches_);
         std::vector<Trial> out;
         for (std::size_t k = 0; k < runs.size(); ++k) {
@@ -170,6 +180,19 @@ class LeastSquares {
             out.push_back({std::move(runs[k]), std::move(residual), cost});
         }
         return out;
+    }
+
+    /// The start of the smallest residual. Where a start is too far for a chain, the next may do.
+    [[nodiscard]] StartModels best_of(std::span<const StartModels> starts) {
+        while (true)
+            try {
+                std::vector<Trial> trials = run(std::vector(starts.begin(), starts.end()));
+                return std::move(std::ranges::min_element(trials, {}, &Trial::cost)->models);
+            } catch (const core::NumericalError&) {
+                if (starts.size() == 1)
+                    throw;
+                starts = starts.subspan(1);
+            }
     }
 
     /// The second-order part a of a step δ, of which a share was tried: it missed its linear
@@ -186,30 +209,38 @@ class LeastSquares {
         return out;
     }
 
-    /// The best of shorter, damped and curved steps.
-    [[nodiscard]] Trial best_shorter(const Point& point, const Step& step, double factor,
-                                     double damping) {
+    /// The best of parts of a step, a damped and curved steps.
+    [[nodiscard]] Trial best_part(const Point& point, const Step& step,
+                                  std::span<const double> parts, double factor, double damping) {
         std::vector<Step> steps;
-        for (const double share : shares)
-            steps.push_back({factor * share * step.change, 0.0});
+        for (const double part : parts)
+            steps.push_back({factor * part * step.change, 0.0});
         steps.push_back(this->step(point, damping));
         std::vector<Trial> trials = tried(point, steps);
-        const Eigen::VectorXd curve = curvature(point, step, factor * shares[1], trials[1]);
-        steps.clear();
-        for (const double share : curved_shares)
-            steps.push_back(
-                {factor * share * step.change + factor * factor * share * share * curve, 0.0});
-        std::ranges::move(tried(point, steps), std::back_inserter(trials));
+        if (parts.front() < 1.0 || !is_gain(point, step, trials.front().cost)) {
+            const Eigen::VectorXd curve = curvature(point, step, factor * parts[1], trials[1]);
+            steps.clear();
+            for (const double share : curved_shares)
+                steps.push_back(
+                    {factor * share * step.change + factor * factor * share * share * curve, 0.0});
+            std::ranges::move(tried(point, steps), std::back_inserter(trials));
+        }
         return std::move(*std::ranges::min_element(trials, {}, &Trial::cost));
     }
 
-    /// Moves the point by a part of a step that failed; false if that gains less than `least`.
-    [[nodiscard]] bool take_shorter(Point& point, const Step& step, double least) {
+    /// Does a point of that cost gain most of what the step promised?
+    [[nodiscard]] static bool is_gain(const Point& point, const Step& step, double cost) {
+        return point.cost - cost > rough_gain * step.promised;
+    }
+
+    /// Moves the point by a part of a step; false if that gains less than `least`.
+    [[nodiscard]] bool take_part(Point& point, const Step& step, bool has_failed, double least) {
         double factor = 1.0;
         double damping = first_damping;
         for (int vain = 0; vain < most_vain_trials; ++vain) {
             try {
-                Trial best = best_shorter(point, step, factor, damping);
+                Trial best =
+                    best_part(point, step, has_failed ? shorter_shares : shares, factor, damping);
                 if (best.cost < point.cost) {
                     const double gain = point.cost - best.cost;
                     point = at(std::move(best.models));
@@ -259,39 +290,67 @@ class LeastSquares {
     int batches_ = 0;
 };
 
-/// Iterates from `point`; the last two are set at the end.
+/// Iterates from `point`; the last two are set at the end. In a curved valley, parts of a step are
+/// tried before derivatives are computed at its end.
 void iterate(LeastSquares& problem, double improvement, int most, Point& point, bool& has_converged,
              std::string& message) {
     const auto readings = static_cast<double>(problem.readings());
+    bool is_rough = false;
     for (int iteration = 0; iteration < most; ++iteration) {
         const double unit = point.cost / readings;
         const Step step = problem.step(point, 0.0);
         has_converged = true;
         if (!(step.promised > improvement * unit))
             return;
-        double gain = -std::numeric_limits<double>::infinity();
-        try {
-            Point next = problem.at(problem.after(point, step));
-            gain = point.cost - next.cost;
-            if (gain > 0.0)
-                point = std::move(next);
-        } catch (const core::NumericalError&) {
-        }
-        // The gain of a whole step differs from its promise by about the gain that remains.
-        if (gain > 0.0 && std::min(gain, std::abs(gain - step.promised)) < improvement * unit)
-            return;
-        if (gain <= 0.0 && -gain < noise_of_runs * unit && step.promised < noise_of_runs * unit)
-            return;
-        if (gain <= 0.0 && !problem.take_shorter(point, step, improvement * unit))
+        const double before = point.cost;
+        bool has_failed = false;
+        if (!is_rough)
+            try {
+                Point next = problem.at(problem.after(point, step));
+                const double gain = point.cost - next.cost;
+                has_failed = !(gain > 0.0);
+                if (!has_failed)
+                    point = std::move(next);
+                // The gain of a whole step differs from its promise by about the gain that remains.
+                if (gain > 0.0 &&
+                    std::min(gain, std::abs(gain - step.promised)) < improvement * unit)
+                    return;
+                if (has_failed && -gain < noise_of_runs * unit &&
+                    step.promised < noise_of_runs * unit)
+                    return;
+            } catch (const core::NumericalError&) {
+                has_failed = true;
+            }
+        if ((is_rough || has_failed) &&
+            !problem.take_part(point, step, has_failed, improvement * unit))
             return; // the rest of the promise is an error of the derivatives
+        const double gained = before - point.cost;
+        is_rough = gained < rough_gain * step.promised;
+        if (gained < std::min(vain_gain * step.promised, unit))
+            return;
     }
     has_converged = false;
     message = fmt::format("no minimum after {} steps", most);
 }
 
-/// ln f² of the first recording's chain.
-double log_square(const StartModels& models) {
-    return 2.0 * std::log(run::lowest_frequency_with_effects(models.front().spec));
+/// ln f² and the decay rate (1/s) of the first mode of the first recording's chain.
+Eigen::Vector2d first_mode(const StartModels& models) {
+    const integrate::VibrationMode mode = run::lightly_damped_mode(computed_case(models.front()));
+    return {2.0 * std::log(mode.frequency), -mode.decay_rate};
+}
+
+/// Index of a parameter among the joint ones; their number if it is not free.
+Eigen::Index place_of(const JointLayout& layout, const physics::ParameterId& id) {
+    return std::ranges::find(layout.ids, id) - layout.ids.begin();
+}
+
+/// Decay rate (1/s) by one unit of β.
+double decay_per_beta(StartModels models) {
+    const double whole = first_mode(models)(1);
+    double& beta = models.front().spec.stem.bond_damping;
+    const double half = 0.5 * beta;
+    beta = half;
+    return (whole - first_mode(models)(1)) / half;
 }
 
 } // namespace
@@ -340,21 +399,28 @@ StartModels moved(StartModels models, const JointLayout& layout, const Eigen::Ve
 }
 
 StartModels in_valley(const std::function<StartModels(double)>& at, const JointLayout& layout) {
-    StartModels to = at(1.0);
-    const auto found = std::ranges::find(layout.ids, physics::bond_youngs_modulus);
-    if (found == layout.ids.end() || layout.ids.size() < 3)
-        return to;
-    Eigen::VectorXd of_modulus = Eigen::VectorXd::Zero(std::ssize(layout.ids));
-    const auto place = static_cast<Eigen::Index>(found - layout.ids.begin());
-    const double wanted =
-        log_square(at(0.0)) +
-        (log_square(at(slope_share)) - log_square(at(-slope_share))) / (2.0 * slope_share);
-    const StartModels straight = to;
+    const StartModels straight = at(1.0);
+    const Eigen::Index modulus = place_of(layout, physics::bond_youngs_modulus);
+    const Eigen::Index damping = place_of(layout, physics::bond_damping);
+    const Eigen::Index count = std::ssize(layout.ids);
+    if (modulus == count || count < 3)
+        return straight;
+    // The slope is one-sided, because an effect may begin at the bound of its size.
+    const Eigen::Vector2d here = first_mode(at(0.0));
+    const Eigen::Vector2d wanted = here + (4.0 * first_mode(at(slope_share)) - 3.0 * here -
+                                           first_mode(at(2.0 * slope_share))) /
+                                              (2.0 * slope_share);
+    const double per_beta = damping < count ? decay_per_beta(straight) : 0.0;
+    StartModels to = straight;
+    Eigen::VectorXd change = Eigen::VectorXd::Zero(count);
     for (int pass = 0; pass < corrections; ++pass) {
-        of_modulus(place) = wanted - log_square(to);
-        if (!(std::abs(of_modulus(place)) < largest_correction)) // no frequency to follow
+        const Eigen::Vector2d missed = wanted - first_mode(to);
+        if (!(std::abs(missed(0)) < largest_correction)) // no frequency to follow
             return straight;
-        to = moved(std::move(to), layout, of_modulus);
+        change(modulus) = missed(0);
+        if (per_beta > 0.0)
+            change(damping) = missed(1) / per_beta;
+        to = moved(std::move(to), layout, change);
     }
     return to;
 }
@@ -364,7 +430,7 @@ StartModels moved_in_valley(const StartModels& models, const JointLayout& layout
     return in_valley([&](double share) { return moved(models, layout, share * change); }, layout);
 }
 
-JointSolution solve(const JointProblem& problem, const StartModels& models,
+JointSolution solve(const JointProblem& problem, const std::vector<StartModels>& starts,
                     const std::vector<double>& last_times, Purpose purpose,
                     std::vector<ChainPrediction> predictions) {
     LeastSquares equations(problem, last_times, purpose);
@@ -374,7 +440,13 @@ JointSolution solve(const JointProblem& problem, const StartModels& models,
             fmt::format("no reading lies within the first {:.3g} s after time 0, where the fit "
                         "begins: time 0 is not the release",
                         std::ranges::max(last_times)));
-    Point point = equations.at(models, std::move(predictions));
+    Point point = equations.at(starts.size() > 1 ? equations.best_of(starts) : starts.front(),
+                               std::move(predictions));
+    if (const double rms = std::sqrt(point.cost / double(equations.readings()));
+        rms > problem.options.largest_start)
+        throw core::NumericalError(
+            core::FailureKind::FitFailed,
+            fmt::format("the start is too far from the readings ({:.3g} times the noise)", rms));
     bool has_converged = false;
     std::string message;
     iterate(equations, purpose == Purpose::Final ? final_improvement : passing_improvement,

@@ -45,6 +45,8 @@ struct SolveOptions {
     /// solution (a refit with an effect added), and all frames are used at once.
     bool is_first_guess = true;
     int largest_iterations = 50; ///< of each window
+    /// Weighted rms residual above which a start is refused.
+    double largest_start = std::numeric_limits<double>::infinity();
     run::Heartbeat heartbeat;
 };
 
@@ -84,10 +86,11 @@ predict_runs(const std::vector<StartModels>& runs, std::span<const std::vector<d
 [[nodiscard]] std::pair<double, double> bounds_of(const StartModels& models,
                                                   const JointLayout::Owner& owner);
 
-/// Solves for frames up to `last_times` (recordings), from the models' values, where the
-/// `predictions` are used if they are not empty. Throws core::NumericalError if a chain cannot be
-/// computed at the start.
-[[nodiscard]] JointSolution solve(const JointProblem& problem, const StartModels& models,
+/// Solves for frames up to `last_times` (recordings), from the best of the starts, which are run
+/// side by side. The `predictions` are those of a single start; empty: to be computed. Throws
+/// core::NumericalError if a chain cannot be computed at the start, or if the start is refused.
+[[nodiscard]] JointSolution solve(const JointProblem& problem,
+                                  const std::vector<StartModels>& starts,
                                   const std::vector<double>& last_times, Purpose purpose,
                                   std::vector<ChainPrediction> predictions = {});
 

@@ -62,7 +62,8 @@ struct EffectParameter {
     bool calibrated = true; ///< fitted unless the user fixes it; false: known, like gravity
     /// A location, an angle or a time scale, which has no meaning while the effect has no size.
     bool is_place = false;
-    double absent = 0.0; ///< of a size: value without the effect; for Inverse it is `upper`
+    bool is_phase = false; ///< a place in rad whose effect is that of a vector with this direction
+    double absent = 0.0;   ///< of a size: value without the effect; for Inverse it is `upper`
     StatedBy stated_by = StatedBy::Nobody;
     /// Start values of a fit, tried in turn: of a location, an angle or a time scale, and of a size
     /// that a fit cannot reach from a model without the effect. Null: only the default.

@@ -3,6 +3,7 @@
 #include "beam_theory.hpp"
 #include "free_vibration.hpp"
 #include "physics/effects/stem_scales.hpp"
+#include "run/modes.hpp"
 
 #include <gtest/gtest.h>
 
@@ -158,6 +159,10 @@ TEST_P(Relaxation, VibratesAsTheStandardLinearSolid) {
     // Turning points are accurate to 1e-4 while the offset still drifts.
     EXPECT_NEAR(2.0 * pi * found.frequency / exact.imag(), 1.0, 2e-4);
     EXPECT_NEAR(found.decay_per_cycle * found.frequency / exact.real(), 1.0, 5e-3);
+    // The first order in the loss, which is at most g/2.
+    const integrate::VibrationMode light = lightly_damped_mode(spec);
+    EXPECT_NEAR(light.frequency / found.frequency, 1.0, fraction * fraction);
+    EXPECT_NEAR(light.decay_rate / exact.real(), 1.0, 2.0 * fraction * fraction);
 }
 INSTANTIATE_TEST_SUITE_P(OmegaTau, Relaxation, testing::Values(0.1, 1.0, 10.0));
 

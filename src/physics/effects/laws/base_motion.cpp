@@ -31,17 +31,21 @@ EffectPointer base_motion() {
                             {.default_value = 50.0, .lower = 0.01, .upper = 1e5, .scale = 10.0},
                             [](const StartScales& of) { return of.residual_peaks(); },
                             FittedAs::Logarithm),
-                        place_parameter("phase_rad", "rad", "φ: phase at the release",
-                                        {.default_value = 0.0,
-                                         .lower = -2.0 * std::numbers::pi,
-                                         .upper = 2.0 * std::numbers::pi,
-                                         .scale = 1.0},
-                                        [](const StartScales& /*of*/) {
-                                            // From one of three starts the phase is at most a sixth
-                                            // of a turn away.
-                                            return std::vector{0.0, 2.0 * std::numbers::pi / 3.0,
-                                                               -2.0 * std::numbers::pi / 3.0};
-                                        })},
+                        {.name = "phase_rad",
+                         .unit = "rad",
+                         .meaning = "φ: phase at the release",
+                         .default_value = 0.0,
+                         .lower = -2.0 * std::numbers::pi,
+                         .upper = 2.0 * std::numbers::pi,
+                         .scale = 1.0,
+                         .is_place = true,
+                         .is_phase = true,
+                         // Two of three directions with positive lengths give every vector.
+                         .start_values =
+                             [](const StartScales& /*of*/) {
+                                 return std::vector{0.0, 2.0 * std::numbers::pi / 3.0,
+                                                    -2.0 * std::numbers::pi / 3.0};
+                             }}},
          .belongs_to = BelongsTo::Recording},
         [](std::span<const double> values, EffectTarget& target) {
             target.model.base_motion =
