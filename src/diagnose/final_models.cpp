@@ -47,8 +47,12 @@ class FinalFits {
         for (const SearchResult* now = &search_;; now = &out_) {
             std::set<std::size_t> wanted = rivals_of(*now, options_);
             std::erase_if(wanted, [&](std::size_t k) { return fitted_.contains(k); });
-            if (wanted.empty() && now == &out_)
+            if (wanted.empty() && now == &out_) {
+                out_.best_fit = out_.best == 0 ? first_
+                                               : fit::rerun(out_.best_fit, out_.chain.recordings,
+                                                            options_.candidate);
                 return std::move(out_);
+            }
             fit({wanted.begin(), wanted.end()});
             judge();
         }
@@ -95,9 +99,7 @@ class FinalFits {
         const auto best = std::ranges::max_element(out_.visited, {}, &VisitedModel::log_evidence);
         out_.best = static_cast<std::size_t>(best - out_.visited.begin());
         out_.noise = noise_scale_of(best->fit);
-        out_.best_fit = out_.best == 0
-                            ? first_
-                            : fit::rerun(best->fit, out_.chain.recordings, options_.candidate);
+        out_.best_fit = best->fit;
     }
 
     const SearchResult& search_;

@@ -448,7 +448,7 @@ FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
         out.evidence = evidence_of(fit, recordings, known);
     out.is_inadequate =
         fit.is_fitted() && verdict_on(fit, recordings, policy).finding == Finding::Inadequate;
-    out.fit = fit::to_numbers(fit);
+    out.fit = fit::to_numbers_with_points(fit);
     return out;
 }
 

@@ -124,11 +124,9 @@ Fit fit_again(const Fit& before, const Fit& smaller, std::span<const ObservedRec
     for (std::size_t m = 0; m < before.parts.size(); ++m) {
         const RecordingFit& part = before.parts[m];
         start.push_back(with_error_terms(part.model, recordings[m]));
-        KnownPoint& point = known.emplace_back(KnownPoint{part.prediction, {}});
+        KnownPoint& point = known.emplace_back(known_point(part));
         for (std::size_t at = 0; m < added.size() && at < added[m].size(); ++at)
             point.prediction.readings[at] += added[m][at];
-        std::ranges::copy_if(part.terms, std::back_inserter(point.inputs),
-                             [](const auto& term) { return term.kind == ErrorKind::StatedInput; });
     }
     for (std::size_t m = 0; m < start.size(); ++m)
         if (start[m].error_values.size() != before.parts[m].model.error_values.size())

@@ -18,6 +18,13 @@ Fit to_numbers(const Fit& fit) {
     return out;
 }
 
+Fit to_numbers_with_points(const Fit& fit) {
+    Fit out = to_numbers(fit);
+    for (const RecordingFit& part : fit.parts)
+        out.points.push_back(known_point(part));
+    return out;
+}
+
 double deviance(const Fit& fit) {
     double sum = 0.0;
     for (const Pull& pull : fit.pulls)
@@ -45,13 +52,21 @@ StartModels models_of(const Fit& numbers, std::span<const ObservedRecording> rec
     return models;
 }
 
-// A run per recording with all parameters fixed is cheaper than sending residuals and Jacobians,
-// and every rank obtains the same bits.
 Fit rerun(const Fit& numbers, std::span<const ObservedRecording> recordings,
           const FitOptions& options) {
     JointOptions here{options.solve(), {}, {}, {}, options.with_inputs};
     here.chain.largest_iterations = 0;
-    Fit out = fit_jointly(models_of(numbers, recordings, options), recordings, here);
+    const StartModels models = models_of(numbers, recordings, options);
+    if (numbers.points.size() >= models.size()) // they may be those of more recordings
+        here.known.assign(numbers.points.begin(), numbers.points.begin() + std::ssize(models));
+    for (std::size_t m = 0; m < models.size() && !here.known.empty(); ++m) {
+        const ChainPrediction& known = here.known[m].prediction;
+        if (known.spheres != models[m].spec.stem.sphere_count ||
+            known.parameters != models[m].free_count() ||
+            known.readings.size() != recordings[m].deflections.size())
+            here.known.clear();
+    }
+    Fit out = fit_jointly(models, recordings, std::move(here));
     out.status = numbers.status;
     out.reason = numbers.reason;
     out.effects = numbers.effects;

@@ -222,6 +222,7 @@ ChainPrediction readings_of(const StemModel& model, const run::CaseSpec& spec,
                             const run::CaseWithSensitivities& simulated,
                             std::span<const double> times) {
     ChainPrediction prediction;
+    prediction.spheres = spec.stem.sphere_count;
     prediction.frames = times.size();
     prediction.rows = spec.heights.size();
     prediction.parameters = model.free_count();

@@ -53,6 +53,7 @@ struct StemModel {
 
 /// The prediction of a model for a recording.
 struct ChainPrediction {
+    int spheres = 0; ///< of the chain
     std::size_t frames = 0;
     std::size_t rows = 0;
     std::size_t parameters = 0;

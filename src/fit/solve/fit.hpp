@@ -10,12 +10,6 @@
 
 namespace culm::fit {
 
-/// What an earlier fit has computed for one recording at the values where a fit starts.
-struct KnownPoint {
-    ChainPrediction prediction;
-    std::vector<ErrorTerm> inputs; ///< terms of stated inputs; they hold where no run is needed
-};
-
 struct JointOptions {
     SolveOptions chain;        ///< windows count from each recording's own release
     std::vector<bool> is_held; ///< (joint parameters); empty: none

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace culm::fit {
 
@@ -19,6 +20,13 @@ bool is_absent(const FittedParameter& parameter) {
 const FittedParameter* RecordingFit::find(const physics::ParameterId& id) const {
     const auto found = std::ranges::find(parameters, id, &FittedParameter::id);
     return found == parameters.end() ? nullptr : &*found;
+}
+
+KnownPoint known_point(const RecordingFit& fit) {
+    KnownPoint point{fit.prediction, {}};
+    std::ranges::copy_if(fit.terms, std::back_inserter(point.inputs),
+                         [](const ErrorTerm& term) { return term.kind == ErrorKind::StatedInput; });
+    return point;
 }
 
 StartModels start_from(const Fit& fit) {

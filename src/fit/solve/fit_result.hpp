@@ -106,6 +106,22 @@ struct RecordingFit {
     [[nodiscard]] const FittedParameter* find(const physics::ParameterId& id) const;
 };
 
+/// The results of runs at one point, for a recording: a fit that starts there needs no run.
+struct KnownPoint {
+    ChainPrediction prediction;
+    std::vector<ErrorTerm> inputs; ///< terms of stated inputs
+};
+
+template <class Wire>
+void fields(Wire& wire, KnownPoint& point) {
+    ChainPrediction& prediction = point.prediction;
+    wire(prediction.spheres, prediction.frames, prediction.rows, prediction.parameters,
+         prediction.readings, prediction.jacobian, point.inputs);
+}
+
+/// The point of a fit's solution.
+[[nodiscard]] KnownPoint known_point(const RecordingFit& fit);
+
 enum class FitStatus {
     Fitted,
     Motionless, ///< nothing in the model moves the stem: the residuals are the readings
@@ -146,6 +162,7 @@ struct Fit {
     std::size_t degrees_of_freedom = 0;
     std::vector<RecordingMisfit> misfits; ///< (recordings)
     int batches = 0;                      ///< of lanes that were run
+    std::vector<KnownPoint> points;       ///< (recordings) of a fit without parts; empty: none
 
     /// (recordings) each with its own numbers, residuals and χ²; standard errors are those of the
     /// joint solution. Empty: the numbers alone.
