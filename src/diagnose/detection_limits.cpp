@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <optional>
 
 namespace culm::diagnose {
 namespace {
@@ -39,7 +40,26 @@ struct Signature {
     }
 };
 
+/// Of an effect whose location alone changes the model: the derivative by its size where the
+/// location changes least. Empty for other effects.
+std::optional<Signature> signature_beside_offset(const EffectColumns& columns,
+                                                 const fit::Projector& own) {
+    std::optional<Signature> out;
+    double least = std::numeric_limits<double>::infinity();
+    for (const EffectNode& node : columns.nodes)
+        if (node.has_offset() && node.columns.size() > 1)
+            if (const double offset = own.remainder(vector_of(node.columns[0])).norm();
+                offset < least) {
+                least = offset;
+                out = {&node, &node.columns[1], own.remainder(vector_of(node.columns[1])).norm(),
+                       0.0};
+            }
+    return out;
+}
+
 Signature signature_of(const EffectColumns& columns, const fit::Projector& own) {
+    if (const auto beside = signature_beside_offset(columns, own))
+        return *beside;
     Signature out;
     std::map<std::size_t, double> slopes; // by parameter
     for (const EffectNode& node : columns.nodes)

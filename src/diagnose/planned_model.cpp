@@ -30,17 +30,11 @@ bool is_absent_at(const EffectNode& node, const std::vector<double>& amounts) {
            std::ranges::all_of(amounts, [](double amount) { return amount == 0.0; });
 }
 
-/// Does the location alone change the model, as the spring of a clamp with friction does?
-bool has_offset(const EffectNode& node) {
-    const EffectColumn& first = node.columns.front();
-    return !first.is_certain && first.parameter == std::numeric_limits<std::size_t>::max();
-}
-
 /// Position on the way from the model without the effect to the node, as a fraction.
 double way_to(const EffectNode& node, const std::vector<double>& amounts) {
     if (is_absent_at(node, amounts))
         return 0.0;
-    if (has_offset(node))
+    if (node.has_offset())
         return amounts.front();
     const double secant = node.columns.front().secant;
     return secant == 0.0 ? 1.0 : amounts.front() / secant;
@@ -111,7 +105,7 @@ void place_effect(const CandidateView& view, const PlacedEffect& effect, std::si
 bool keeps_first_mode(const CandidateView& view, const PlacedEffect& effect,
                       std::size_t recordings) {
     const EffectNode& node = view.columns.nodes[effect.node];
-    return (node.columns.front().secant != 0.0 || has_offset(node)) &&
+    return (node.columns.front().secant != 0.0 || node.has_offset()) &&
            view.effect.effect->dimensions() < 3 && recordings == 1;
 }
 

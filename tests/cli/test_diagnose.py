@@ -78,15 +78,18 @@ class Answers(Diagnose):
 
     def test_names_nothing_where_nothing_is_missing_and_states_detection_limits(self):
         finished, found = self.diagnose(NULL, *QUICK, "--candidates",
-                                        "quadratic_drag,clamp_compliance,taper")
+                                        "quadratic_drag,clamp_compliance,clamp_friction,taper")
         self.assertEqual(found["verdict"], "adequate")
         self.assertEqual(found["effects"], [])
         self.assertTrue(found["baseline"]["adequate"])
         self.assertIsNone(found["missing_force"])
         self.assertEqual({spot["effect"] for spot in found["blind_spots"]},
-                         {"quadratic_drag", "clamp_compliance", "taper"})
+                         {"quadratic_drag", "clamp_compliance", "clamp_friction", "taper"})
         drag = next(spot for spot in found["blind_spots"] if spot["effect"] == "quadratic_drag")
         self.assertGreater(drag["smallest_visible"]["value"], 0.0)
+        # 3 E I tip/L^2 at the root is 0.02 N m; friction of 1e-5 of that does not show.
+        friction = next(s for s in found["blind_spots"] if s["effect"] == "clamp_friction")
+        self.assertGreater(friction["smallest_visible"]["value"], 2e-7)
         self.assertGreater(found["probability"], 0.5)
         self.assertLess(found["largest_unvisited"]["log_evidence"], -5.0)
         self.assertIn("ADEQUATE: the published chain explains the recording (probability ",

@@ -41,6 +41,13 @@ struct EffectNode {
     double modulus_ratio = 1.0; ///< of Y there to that of the fitted model
     double damping_ratio = 1.0; ///< likewise of β
     std::vector<EffectColumn> columns;
+
+    /// Does the location alone change the model, as the spring of a clamp with friction does? The
+    /// first column is then that change.
+    [[nodiscard]] bool has_offset() const {
+        return !columns.front().is_certain &&
+               columns.front().parameter == std::numeric_limits<std::size_t>::max();
+    }
 };
 
 template <class Wire>
