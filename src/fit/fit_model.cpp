@@ -84,7 +84,7 @@ Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
             fit.reason = "the model that it contains could not be fitted: " + smaller.reason;
         else if (moves(models, recordings))
             fit = fitted(models, recordings,
-                         {options.solve(true), {}, noises(smaller), {}, options.with_inputs});
+                         {options.solve(), {}, noises(smaller), {}, options.with_inputs, {}, true});
         else
             fit = effects.empty() ? motionless(models, recordings, options) : smaller;
     } catch (const std::runtime_error& error) { // InputError or NumericalError

@@ -146,7 +146,6 @@ TEST(Fit, SeparatesTheReleasesOfRecordingsOfTheSameName) {
 TEST(Fit, KeepsHeldParametersWithoutError) {
     const auto recordings = two_releases();
     fit::JointOptions options;
-    options.chain.is_first_guess = false;
     options.is_held = {false, false, true, false, false, false};
     const double start = fit::baseline_model(recordings[0]).spec.tip_deflection;
     const fit::Fit fit = fit_together(recordings, options);

@@ -99,7 +99,6 @@ TEST(Solutions, EndWhereARestartGainsNothing) {
     for (const fit::StemModel& start :
          fit::fit_starts(model, smaller.parts.front(), fit::StartSize::Absent)) {
         fit::JointOptions once;
-        once.chain.is_first_guess = false;
         const fit::Fit one = fit::fit_jointly({&start, 1}, {&recording, 1}, once);
         const fit::Fit again = fit::fit_jointly(fit::start_from(one), {&recording, 1}, once);
         const double unit = one.weighted_rms * one.weighted_rms; // of χ² by one standard error

@@ -17,6 +17,12 @@ namespace {
 
 using namespace culm;
 
+fit::StartModels moved_in_valley(const fit::StartModels& models, const fit::JointLayout& layout,
+                                 const Eigen::VectorXd& step) {
+    return fit::in_valley([&](double share) { return fit::moved(models, layout, share * step); },
+                          layout);
+}
+
 // The mass grows to a third of the stem's, and Y along the valley's tangent.
 TEST(ValleySteps, KeepTheModeOfTheFirstOrder) {
     const fit::ObservedRecording measurement(tests::empty_measurement());
@@ -37,7 +43,7 @@ TEST(ValleySteps, KeepTheModeOfTheFirstOrder) {
         -(log_square(fit::moved(models, layout, 1e-4 * step)) - log_square(models)) / 1e-4;
 
     const fit::StartModels straight = fit::moved(models, layout, step);
-    const fit::StartModels curved = fit::moved_in_valley(models, layout, step);
+    const fit::StartModels curved = moved_in_valley(models, layout, step);
     // A straight step along the tangent changes ln f² by about a half ...
     EXPECT_GT(std::abs(log_square(straight) - log_square(models)), 0.3);
     // ... and the curved one only by the error of one-sided slopes, 1e-4 of its 1.5.
@@ -63,7 +69,7 @@ TEST(ValleySteps, AreStraightToFirstOrder) {
     const fit::JointLayout layout = fit::joint_layout(models, {&measurement, 1});
     const Eigen::VectorXd step = Eigen::VectorXd::Constant(std::ssize(layout.ids), 1e-10);
     const fit::StartModels straight = fit::moved(models, layout, step);
-    const fit::StartModels curved = fit::moved_in_valley(models, layout, step);
+    const fit::StartModels curved = moved_in_valley(models, layout, step);
     EXPECT_NEAR(curved.front().spec.stem.bond_youngs_modulus /
                     straight.front().spec.stem.bond_youngs_modulus,
                 1.0, 1e-7); // the error of slopes over the step

@@ -186,7 +186,8 @@ StemFit fit_stem(const ObservedStem& stem, const StemEffects& effects, const fit
         fit::StartModels models = start_models(stem, all, from, options);
         if (change.size() > 0) {
             const fit::JointLayout layout = fit::joint_layout(models, stem.recordings);
-            models = fit::moved_in_valley(models, layout, change);
+            models = fit::in_valley(
+                [&](double share) { return fit::moved(models, layout, share * change); }, layout);
         }
         const fit::JointOptions joint{options.solve(), {}, stem.noise};
         fit = fit::fit_jointly(models, stem.recordings, joint);

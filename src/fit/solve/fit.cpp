@@ -9,7 +9,6 @@
 #include "run/modes.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <iterator>
 #include <limits>
@@ -22,16 +21,8 @@ namespace culm::fit {
 
 namespace {
 
-/// χ² as a function of the frequency has a minimum for every cycle that a wrong frequency skips in
-/// the window; after N cycles the minima are 1/N apart. Over two cycles a fit converges from a
-/// frequency that is wrong by a quarter; each solution is then good enough for the next window.
-constexpr std::array<double, 3> first_windows{2.0, 5.0, 12.0}; // cycles
-/// Factors on Y about its start. Over two cycles a fit converges from a frequency that is wrong by
-/// a quarter; 6 % of Y is 3 % of the frequency.
-constexpr std::array<double, 3> first_moduli{1.0, 0.94, 1.06};
 /// A fit has found the motion if the ratio remainder() is below this limit.
 constexpr double small_remainder = 0.2;
-constexpr int most_direct_iterations = 8;
 
 /// Used for recordings of unknown noise until their residuals determine it. One value for all rows
 /// of a camera: a common factor of the weights changes no least-squares solution.
@@ -63,64 +54,6 @@ double remainder(const JointSolution& solution, std::span<const ObservedRecordin
             }
     }
     return all > 0.0 ? std::sqrt(left / all) : 1.0;
-}
-
-/// Solves for growing windows, from one modulus.
-JointSolution grow(const JointProblem& problem, StartModels models,
-                   const std::vector<double>& last_times) {
-    int batches = 0;
-    std::vector<double> periods;
-    periods.reserve(models.size());
-    for (const StemModel& model : models)
-        periods.push_back(1.0 / run::natural_frequency(model.spec));
-    for (const double cycles : first_windows) {
-        std::vector<double> window;
-        for (std::size_t m = 0; m < models.size(); ++m)
-            window.push_back(std::min(cycles * periods[m], last_times[m]));
-        if (window == last_times)
-            break;
-        JointSolution part = solve(problem, {models}, window, Purpose::Passing);
-        batches += part.batches;
-        models = std::move(part.models);
-    }
-    JointSolution solution = solve(problem, {models}, last_times, Purpose::Final);
-    solution.batches += batches;
-    return solution;
-}
-
-/// The solution over all frames from the start, whose first mode has the frequency of Eq. 1. If
-/// that does not find the motion, the best of growing windows from several moduli.
-JointSolution search(const JointProblem& problem, const StartModels& models,
-                     const std::vector<double>& last_times) {
-    JointSolution best;
-    int batches = 0;
-    std::string reason;
-    const auto has_found = [&](auto&& solve_it) {
-        try {
-            JointSolution solution = solve_it();
-            batches += solution.batches;
-            if (solution.cost < best.cost)
-                best = std::move(solution);
-        } catch (const core::NumericalError& error) {
-            reason = error.what();
-        }
-        return best.has_converged && remainder(best, problem.measurements) < small_remainder;
-    };
-    SolveOptions few = problem.options;
-    few.largest_iterations = most_direct_iterations;
-    const JointProblem direct{problem.measurements, problem.layout, problem.noise, problem.is_held,
-                              few};
-    bool is_done = has_found([&] { return solve(direct, {models}, last_times, Purpose::Final); });
-    for (std::size_t k = 0; k < first_moduli.size() && !is_done; ++k) {
-        StartModels start = models;
-        for (StemModel& model : start)
-            model.spec.stem.bond_youngs_modulus *= first_moduli[k];
-        is_done = has_found([&] { return grow(problem, start, last_times); });
-    }
-    if (!std::isfinite(best.cost))
-        throw core::NumericalError(core::FailureKind::FitFailed, reason);
-    best.batches = batches;
-    return best;
 }
 
 /// A chain that follows no motion from time 0 on, which is long before the record begins.
@@ -209,17 +142,14 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
     std::vector<ChainPrediction> predictions;
     for (KnownPoint& known : options.known)
         predictions.push_back(std::move(known.prediction));
-    JointSolution solution =
-        options.chain.is_first_guess
-            ? search(problem, starts.front(), last_times)
-            : solve(problem, starts, last_times, Purpose::Final, std::move(predictions));
+    JointSolution solution = solve(problem, starts, last_times, std::move(predictions));
     if (solution.batches > 0)
         options.known.clear(); // the fit has left the point
     Fit fit;
     fit.status = solution.has_converged ? FitStatus::Fitted : FitStatus::Failed;
     if (!solution.has_converged)
         fit.reason = fmt::format("not converged: {}", solution.message);
-    if (options.chain.is_first_guess)
+    if (options.is_first_guess)
         if (std::string doubt = doubt_of_release(solution, measurements); !doubt.empty()) {
             fit.status = FitStatus::Failed;
             fit.reason = std::move(doubt);

@@ -19,6 +19,8 @@ struct JointOptions {
     std::vector<KnownPoint> known{}; ///< (recordings) at the models' values; empty: to be computed
     bool with_inputs = true;         ///< as FitOptions::with_inputs
     std::vector<StartModels> other_starts{}; ///< the best of all starts counts
+    /// A chain that does not follow the motion, in a record that begins long after time 0, fails.
+    bool is_first_guess = false;
 };
 
 /// Fits all recordings by least squares (solution.hpp) with the sensitivities of

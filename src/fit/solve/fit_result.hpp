@@ -200,11 +200,8 @@ struct FitOptions {
     /// As SolveOptions::largest_start.
     double largest_start = std::numeric_limits<double>::infinity();
 
-    [[nodiscard]] SolveOptions solve(bool is_first_guess = false) const {
-        return {.window = window,
-                .is_first_guess = is_first_guess,
-                .largest_start = largest_start,
-                .heartbeat = heartbeat};
+    [[nodiscard]] SolveOptions solve() const {
+        return {.window = window, .largest_start = largest_start, .heartbeat = heartbeat};
     }
 };
 

@@ -17,10 +17,9 @@
 namespace culm::fit {
 namespace {
 
-/// Convergence limits, in units of the χ² of one standard error of a parameter. The point after the
+/// Convergence limit, in units of the χ² of one standard error of a parameter. The point after the
 /// last step is nearer to the minimum than that by the convergence of Gauss-Newton steps.
-constexpr double final_improvement = 0.1;
-constexpr double passing_improvement = 5.0;
+constexpr double improvement = 0.1;
 constexpr double noise_of_runs = 0.2;
 constexpr std::array shares{1.0, 0.3, 0.1};          ///< of a step
 constexpr std::array shorter_shares{0.3, 0.1, 0.03}; ///< of one that failed
@@ -80,18 +79,14 @@ struct Trial {
 
 class LeastSquares {
   public:
-    LeastSquares(const JointProblem& problem, const std::vector<double>& last_times,
-                 Purpose purpose)
+    LeastSquares(const JointProblem& problem, const std::vector<double>& last_times)
         : problem_(problem) {
         for (std::size_t m = 0; m < problem.measurements.size(); ++m) {
             const std::vector<double>& all = problem.measurements[m].times;
             times_.emplace_back(all.begin(), std::ranges::upper_bound(all, last_times[m]));
         }
-        // A few cycles of a lightly damped record hardly determine the damping, which would follow
-        // any error of the model to its bound.
         for (std::size_t k = 0; k < problem.layout.ids.size(); ++k)
-            if (!problem.is_held[k] &&
-                (purpose == Purpose::Final || problem.layout.ids[k] != physics::bond_damping))
+            if (!problem.is_held[k])
                 free_.push_back(static_cast<Eigen::Index>(k));
     }
 
@@ -292,7 +287,7 @@ class LeastSquares {
 
 /// Iterates from `point`; the last two are set at the end. In a curved valley, parts of a step are
 /// tried before derivatives are computed at its end.
-void iterate(LeastSquares& problem, double improvement, int most, Point& point, bool& has_converged,
+void iterate(LeastSquares& problem, int most, Point& point, bool& has_converged,
              std::string& message) {
     const auto readings = static_cast<double>(problem.readings());
     bool is_rough = false;
@@ -425,15 +420,10 @@ StartModels in_valley(const std::function<StartModels(double)>& at, const JointL
     return to;
 }
 
-StartModels moved_in_valley(const StartModels& models, const JointLayout& layout,
-                            const Eigen::VectorXd& change) {
-    return in_valley([&](double share) { return moved(models, layout, share * change); }, layout);
-}
-
 JointSolution solve(const JointProblem& problem, const std::vector<StartModels>& starts,
-                    const std::vector<double>& last_times, Purpose purpose,
+                    const std::vector<double>& last_times,
                     std::vector<ChainPrediction> predictions) {
-    LeastSquares equations(problem, last_times, purpose);
+    LeastSquares equations(problem, last_times);
     if (equations.readings() == 0)
         throw core::NumericalError(
             core::FailureKind::FitFailed,
@@ -449,11 +439,10 @@ JointSolution solve(const JointProblem& problem, const std::vector<StartModels>&
             fmt::format("the start is too far from the readings ({:.3g} times the noise)", rms));
     bool has_converged = false;
     std::string message;
-    iterate(equations, purpose == Purpose::Final ? final_improvement : passing_improvement,
-            problem.options.largest_iterations, point, has_converged, message);
-    if (has_converged && purpose == Purpose::Final) {
+    iterate(equations, problem.options.largest_iterations, point, has_converged, message);
+    if (has_converged) {
         const Step last = equations.step(point, 0.0);
-        if (last.promised < final_improvement * point.cost / double(equations.readings()) &&
+        if (last.promised < improvement * point.cost / double(equations.readings()) &&
             !equations.leaves_bound(last, point))
             equations.take_linear(last, point);
     }

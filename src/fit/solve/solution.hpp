@@ -40,11 +40,7 @@ using StartModels = std::vector<StemModel>;
 struct SolveOptions {
     /// Only frames up to here, s after the release; empty: all. Frames before the release are used.
     std::optional<double> window;
-    /// True: starts from a first guess, with several moduli about it and a window that grows from 2
-    /// to 5 and 12 cycles to all, so that no cycle is skipped. False: the values are near the
-    /// solution (a refit with an effect added), and all frames are used at once.
-    bool is_first_guess = true;
-    int largest_iterations = 50; ///< of each window
+    int largest_iterations = 50;
     /// Weighted rms residual above which a start is refused.
     double largest_start = std::numeric_limits<double>::infinity();
     run::Heartbeat heartbeat;
@@ -58,12 +54,6 @@ struct JointSolution {
     double cost = std::numeric_limits<double>::infinity(); ///< sum of squares
     bool has_converged = false;
     std::string message;
-};
-
-/// Determines when a solution is good enough.
-enum class Purpose {
-    Final,  ///< to a small part of what one standard error changes
-    Passing ///< only to lead to a longer window
 };
 
 /// The readings of some recordings and their weights.
@@ -91,7 +81,7 @@ predict_runs(const std::vector<StartModels>& runs, std::span<const std::vector<d
 /// core::NumericalError if a chain cannot be computed at the start, or if the start is refused.
 [[nodiscard]] JointSolution solve(const JointProblem& problem,
                                   const std::vector<StartModels>& starts,
-                                  const std::vector<double>& last_times, Purpose purpose,
+                                  const std::vector<double>& last_times,
                                   std::vector<ChainPrediction> predictions = {});
 
 /// The models after this change of the joint parameters' coordinates, each within its bounds.
@@ -102,9 +92,5 @@ predict_runs(const std::vector<StartModels>& runs, std::span<const std::vector<d
 /// their frequency is that of the straight change to first order.
 [[nodiscard]] StartModels in_valley(const std::function<StartModels(double)>& at,
                                     const JointLayout& layout);
-
-/// in_valley() for moved().
-[[nodiscard]] StartModels moved_in_valley(const StartModels& models, const JointLayout& layout,
-                                          const Eigen::VectorXd& change);
 
 } // namespace culm::fit
