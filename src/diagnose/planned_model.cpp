@@ -10,7 +10,6 @@
 #include "run/modes.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <complex>
 #include <iterator>
@@ -173,8 +172,8 @@ class EstimatedStarts {
         return point;
     }
 
-    /// With this share of the sizes. Y keeps the frequency of the straight way, except along a
-    /// secant, which keeps the first mode.
+    /// With this share of the sizes. Y and β keep the first mode: that of the base along a finite
+    /// change, else that of the straight way.
     [[nodiscard]] fit::StartModels towards(const PredictedPoint& point, double share) const {
         for (std::size_t e = 0; e < chosen_.size(); ++e)
             if (keeps_first_mode(views_[chosen_[e]], point.effects[e], recordings_.size()))
@@ -233,8 +232,8 @@ class EstimatedStarts {
     Eigen::VectorXd upper_;
 };
 
-/// Shares of the way to the likeliest estimate at which a fit may begin, too.
-constexpr std::array shorter_shares{1.0 / 4.0};
+/// Share of the way to the likeliest estimate at which a fit may begin, too.
+constexpr double shorter_share = 0.25;
 
 /// Largest ratio of χ² at such a start to that of the model without the effects.
 constexpr double largest_excess = 10.0;
@@ -361,8 +360,7 @@ Attempts starts_to_estimate(const fit::Fit& base,
     for (const PredictedPoint& point : gain.points)
         attempts[0].push_back(starts.towards(starts.within_bounds(point), 1.0));
     const PredictedPoint likeliest = starts.within_bounds(gain.points.front());
-    for (const double share : shorter_shares)
-        attempts[0].push_back(starts.towards(likeliest, share));
+    attempts[0].push_back(starts.towards(likeliest, shorter_share));
     attempts[1].push_back(starts.towards(likeliest, 0.0));
     return attempts;
 }

@@ -56,10 +56,9 @@ struct PlannedModel {
     Attempts attempts; ///< about the estimate of a prediction, or one start near the end
 };
 
-/// Models of the recordings with the effects `chosen` among `views`: at the linear estimate of each
-/// point of `gain`, then on the way to the likeliest one, where the sizes and the changes of the
-/// base's parameters are multiplied by 1/4 and 1/16, then without the effects. Y keeps the
-/// frequency of the straight way (fit::in_valley()).
+/// Models of the recordings with the effects `chosen` among `views`: first at the linear estimate
+/// of each point of `gain` and at a quarter of the way to the likeliest one, then without the
+/// effects. Y and β keep the first mode of the straight way (fit::in_valley()).
 [[nodiscard]] Attempts starts_to_estimate(const fit::Fit& base,
                                           std::span<const fit::ObservedRecording> recordings,
                                           const std::vector<CandidateView>& views,

@@ -12,9 +12,10 @@
 // A ring-down determines the stem's frequency to 1e-4, and many parameters change it: a mass at the
 // tip, a soft clamp, a taper. The valley in which Y compensates for them is narrow and curved:
 // readings of N cycles lose their phase after a change of f by 1/N, and a straight step along the
-// floor leaves it. So every step takes the value of Y at which the linearised chain has the
-// frequency of the straight step to first order: f² is proportional to Y except for the share of
-// the other parameters, and ln f² is corrected by changes of ln Y.
+// floor leaves it. So every step takes the values of Y and β at which the linearised chain has the
+// frequency and the decay of the straight step to first order: f² is proportional to Y except for
+// the share of the other parameters, and ln f² is corrected by changes of ln Y; decay is linear in
+// β.
 //
 // Trap: the integrator's choice of steps depends on the parameters, which adds noise of 0.2 to χ².
 // A step that fails by less has met the noise, not a wrong model. Derivatives by lanes have errors
@@ -88,8 +89,8 @@ predict_runs(const std::vector<StartModels>& runs, std::span<const std::vector<d
 [[nodiscard]] StartModels moved(StartModels models, const JointLayout& layout,
                                 const Eigen::VectorXd& change);
 
-/// The models at the end of a change. `at`: the models at a share of it. Y is corrected such that
-/// their frequency is that of the straight change to first order.
+/// The models at the end of a change. `at`: the models at a share of it. Y and β are corrected such
+/// that frequency and decay of the first mode are those of the straight change to first order.
 [[nodiscard]] StartModels in_valley(const std::function<StartModels(double)>& at,
                                     const JointLayout& layout);
 
