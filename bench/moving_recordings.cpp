@@ -23,8 +23,8 @@
 #include "bench/diagnosis_summary.hpp"
 #include "bench/result_file.hpp"
 #include "diagnose/ladder.hpp"
+#include "fit/chain/stem_chain.hpp"
 #include "fit/fit_model.hpp"
-#include "fit/model/stem_chain.hpp"
 #include "fit/solve/uncertainty_budget.hpp"
 #include "reduce/distributions.hpp"
 #include "tests/beam_generator/random_case.hpp"
@@ -162,7 +162,7 @@ Found found_in(const measure::Measurement& measurement, bool has_effect) {
         const fit::Fit fit =
             with_budget(has_effect ? diagnosis.final_fit : diagnosis.baseline, recordings);
         found.summary = bench::diagnosis_summary(diagnosis);
-        found.model = fit.names;
+        found.model = fit.names();
         if (fit.is_fitted()) {
             const fit::UncertaintyBudget budget = fit::uncertainty_budget(fit, measurement);
             found.numbers = numbers_of(fit.parts.front(), budget);

@@ -11,8 +11,8 @@
 #include "bench/result_file.hpp"
 #include "diagnose/adequacy.hpp"
 #include "diagnose/ladder.hpp"
+#include "fit/chain/stem_chain.hpp"
 #include "fit/fit_model.hpp"
-#include "fit/model/stem_chain.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "tests/beam_generator/recording.hpp"
 

@@ -9,7 +9,7 @@
 #include "bench/result_file.hpp"
 #include "calibrate/calibration.hpp"
 #include "core/error.hpp"
-#include "fit/model/stem_chain.hpp"
+#include "fit/chain/stem_chain.hpp"
 #include "physics/effects/library.hpp"
 #include "reduce/distributions.hpp"
 #include "tests/beam_generator/recording.hpp"

@@ -66,23 +66,13 @@ reduce::RingDownAnalysisOptions check_options(const measure::Measurement& measur
     return check;
 }
 
-/// A fit may end in a valley whose first mode is not the swing, or want to shift the swing by more
-/// than the release is uncertain: all later numbers are then wrong.
+/// A fit may end in a valley whose first mode is not the swing: all later numbers are then wrong.
 void require_swing(const measure::Measurement& measurement, const fit::RecordingFit& fit,
                    const CalibrationOptions& options) {
-    if (const fit::FittedParameter* release = fit.find(physics::release_time);
-        release != nullptr && release->is_at_bound)
-        throw core::NumericalError(
-            core::FailureKind::FitFailed,
-            fmt::format("{}: release_time is at its bound, {:.4g} ms: time 0 is not the release "
-                        "(state its uncertainty, [release] time_uncertainty_ms, or let the fit "
-                        "begin later with kind = \"moving\" and start_s), or the model lacks an "
-                        "effect (culm diagnose)",
-                        measurement.stem.id, 1e3 * release->value));
     constexpr double largest_ratio = 1.25; // Eq. 1 of a swing with an effect is right within that
-    const double swing =
-        run::natural_frequency(fit::baseline_model(measurement, options.fit.chain).spec);
-    const double mode = run::natural_frequency(fit::computed_case(fit.model));
+    const fit::StemModel started = fit::baseline_model(measurement, options.fit.chain);
+    const double swing = run::lightly_damped_mode(started.spec).frequency;
+    const double mode = run::lightly_damped_mode(fit::computed_case(fit.model)).frequency;
     if (mode < largest_ratio * swing && swing < largest_ratio * mode)
         return;
     throw core::NumericalError(

@@ -2,7 +2,7 @@
 #include "calibrate/study_calibration.hpp"
 
 #include "core/error.hpp"
-#include "fit/model/stem_chain.hpp"
+#include "fit/chain/stem_chain.hpp"
 
 #include <cmath>
 #include <utility>

@@ -3,7 +3,7 @@
 
 #include "cli/options.hpp"
 #include "core/user_files.hpp"
-#include "fit/model/stem_chain.hpp"
+#include "fit/chain/stem_chain.hpp"
 #include "physics/bond_law_options.hpp"
 #include "present/files.hpp"
 #include "present/text.hpp"

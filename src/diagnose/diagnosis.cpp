@@ -156,7 +156,6 @@ void conclude(const SearchResult& search, const DiagnosisOptions& options, Diagn
 Rival just_visible(const fit::Fit& answer, const CandidateView& view, const DetectionLimit& limit) {
     Rival rival{answer, limit.effect};
     rival.fit.effects.push_back(view.effect);
-    rival.fit.names = fit::model_names(fit::in_library_order(rival.fit.effects));
     fit::FittedParameter size;
     size.id = {limit.effect, limit.parameter, {}};
     size.value = limit.value;

@@ -69,8 +69,8 @@ class FinalFits {
                 const PlannedModel planned{
                     numbers.effects,
                     not_predicted,
-                    {{fit::with_chain(numbers, search_.chain.recordings, coarse_.candidate,
-                                      out_.chain.recordings, options_.candidate)}}};
+                    {fit::with_chain(numbers, search_.chain.recordings, coarse_.candidate,
+                                     out_.chain.recordings, options_.candidate)}};
                 return fit_planned(planned, first_, out_.chain.recordings, options_.known,
                                    options_.policy, with_heartbeat(options_.candidate, heartbeat));
             });

@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -79,10 +78,9 @@ void judge_models(Ladder& ladder, const Policy& policy) {
         LadderModel& model = ladder.models[k];
         const LadderModel& before = ladder.models[best];
         model.compared_with = best;
-        std::ranges::copy_if(
-            model.fit.names, std::back_inserter(model.added), [&](const auto& name) {
-                return std::ranges::find(before.fit.names, name) == before.fit.names.end();
-            });
+        for (const physics::SelectedEffect& effect : fit::in_library_order(model.fit.effects))
+            if (!fit::contains(before.fit.effects, effect))
+                model.added.push_back(effect.effect->name());
         model.log_evidence_gain = model.log_evidence - before.log_evidence;
         model.is_gain = model.fit.is_fitted() && model.log_evidence_gain >= least_gain;
         model.why = why(model, least_gain);

@@ -193,13 +193,13 @@ class Search {
             const Prediction& prediction = found->second;
             plan.predicted = prediction.log_evidence;
             if (prediction.base == base_ && about_)
-                plan.attempts = starts_to_estimate(base_fit_, baseline_.recordings, about_->views,
-                                                   prediction.candidates, prediction.gain);
+                plan.starts = starts_to_estimate(base_fit_, baseline_.recordings, about_->views,
+                                                 prediction.candidates, prediction.gain);
         }
         for (const VisitedModel& before : visited_before_)
             if (key_of(before.fit.effects) == key && !before.fit.failed())
-                plan.attempts = {
-                    {fit::models_of(before.fit, baseline_.recordings, options_.candidate)}};
+                plan.starts = {
+                    fit::models_of(before.fit, baseline_.recordings, options_.candidate)};
         return plan;
     }
 
@@ -217,7 +217,7 @@ class Search {
             costs.push_back(fit::relative_cost(larger));
         }
         options_.report(fmt::format("computing the effects of {} candidates about {}",
-                                    about.views.size(), fmt::join(fit.names, " + ")));
+                                    about.views.size(), fmt::join(fit.names(), " + ")));
         std::vector<EffectColumns> answers =
             options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
                 return effect_columns(fit, about.views[item].effect, baseline_.recordings,

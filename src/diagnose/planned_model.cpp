@@ -7,18 +7,14 @@
 #include "fit/linear/scaled_solve.hpp"
 #include "fit/start/starts.hpp"
 #include "physics/effects/library.hpp"
-#include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <iterator>
-#include <limits>
 #include <numeric>
-#include <optional>
 #include <set>
 #include <tuple>
-#include <utility>
 
 namespace culm::diagnose {
 namespace {
@@ -114,11 +110,10 @@ fit::StemModel with_effect(const fit::StemModel& base, const CandidateView& view
                            std::span<const fit::ObservedRecording> recordings) {
     fit::StemModel model = candidate_model(base, {view.effect}, recordings[recording]);
     place_effect(view, effect, recording, model);
-    if (keeps_first_mode(view, effect, recordings.size()))
-        if (const auto modes = run::chain_modes(base.spec, 1); !modes.empty()) {
-            fit::keep_first_mode(modes.front(), model);
-            return model;
-        }
+    if (keeps_first_mode(view, effect, recordings.size())) {
+        fit::keep_first_mode(base.spec, model);
+        return model;
+    }
     const EffectNode& node = view.columns.nodes[effect.node];
     const double share = way_to(node, effect.amounts);
     model.spec.stem.bond_youngs_modulus *= std::pow(node.modulus_ratio, share);
@@ -133,12 +128,7 @@ class EstimatedStarts {
                     const std::vector<CandidateView>& views, const std::vector<std::size_t>& chosen)
         : base_(base), recordings_(recordings), views_(views), chosen_(chosen),
           fitted_(fit::start_from(base)), layout_(fit::joint_layout(fitted_, recordings)) {
-        const auto count = static_cast<Eigen::Index>(layout_.ids.size());
-        lower_.resize(count);
-        upper_.resize(count);
-        for (Eigen::Index k = 0; k < count; ++k)
-            std::tie(lower_(k), upper_(k)) =
-                fit::bounds_of(fitted_, layout_.owners[static_cast<std::size_t>(k)]);
+        std::tie(lower_, upper_) = fit::bounds_of(fitted_, layout_);
     }
 
     /// The point with the sizes that explain most while no parameter leaves its bounds.
@@ -235,79 +225,6 @@ class EstimatedStarts {
 /// Share of the way to the likeliest estimate at which a fit may begin, too.
 constexpr double shorter_share = 0.25;
 
-/// Largest ratio of χ² at such a start to that of the model without the effects.
-constexpr double largest_excess = 10.0;
-
-fit::Fit fit_from(const Attempts& attempts, const fit::SelectedEffects& effects,
-                  const fit::Fit& smaller, std::span<const fit::ObservedRecording> recordings,
-                  fit::FitOptions options) {
-    fit::Fit fit;
-    int batches = 0;
-    for (std::size_t k = 0; k < attempts.size() && fit.failed(); ++k) {
-        options.largest_start = k + 1 == attempts.size()
-                                    ? std::numeric_limits<double>::infinity()
-                                    : std::sqrt(largest_excess) * smaller.own_weighted_rms;
-        fit = fit::fit_near(attempts[k], effects, smaller, recordings, options);
-        batches += fit.batches;
-    }
-    fit.batches = batches;
-    return fit;
-}
-
-/// A fit and the effects that may join it.
-class Additions {
-  public:
-    /// Throws core::NumericalError if an effect has no columns. All must outlive this.
-    Additions(const fit::SelectedEffects& effects, const fit::Fit& smaller,
-              std::span<const fit::ObservedRecording> recordings, const fit::FitOptions& options)
-        : smaller_(smaller), recordings_(recordings), options_(options) {
-        for (const physics::SelectedEffect& effect : effects) {
-            views_.push_back({effect, effect_columns(smaller, effect, recordings, options)});
-            if (const std::string& failure = views_.back().columns.failure; !failure.empty())
-                throw core::NumericalError(core::FailureKind::FitFailed, failure);
-        }
-        linear_.emplace(smaller.system, views_);
-    }
-
-    [[nodiscard]] int batches() const { ///< of lanes, for the columns
-        int sum = 0;
-        for (const CandidateView& view : views_)
-            sum += view.columns.batches;
-        return sum;
-    }
-
-    /// The effect that is predicted to explain most.
-    [[nodiscard]] std::size_t likeliest() const {
-        std::vector<double> gains;
-        for (std::size_t k = 0; k < views_.size(); ++k)
-            gains.push_back(linear_->gain({&k, 1}).log_evidence);
-        return static_cast<std::size_t>(std::ranges::max_element(gains) - gains.begin());
-    }
-
-    /// Fits the model with these effects, from where their columns lead.
-    [[nodiscard]] fit::Fit with(const std::vector<std::size_t>& chosen) const {
-        PredictedGain gain = linear_->gain(chosen);
-        if (gain.points.empty()) { // all allowed sizes make the fit worse: it starts without them
-            gain.points.emplace_back();
-            for (const std::size_t k : chosen)
-                gain.points.front().effects.push_back(
-                    {.amounts = std::vector(views_[k].columns.nodes.front().columns.size(), 0.0)});
-        }
-        fit::SelectedEffects effects = smaller_.effects;
-        for (const std::size_t k : chosen)
-            effects.push_back(views_[k].effect);
-        return fit_from(starts_to_estimate(smaller_, recordings_, views_, chosen, gain), effects,
-                        smaller_, recordings_, options_);
-    }
-
-  private:
-    const fit::Fit& smaller_;
-    std::span<const fit::ObservedRecording> recordings_;
-    const fit::FitOptions& options_;
-    std::vector<CandidateView> views_;
-    std::optional<LinearEvidence> linear_;
-};
-
 /// Does the size of effect number `place` of the fit permit that the effect is absent from the
 /// recording? An effect acts in at least one recording.
 bool may_be_absent(const fit::Fit& fit, std::size_t place, const std::string& recording) {
@@ -351,18 +268,19 @@ bool can_be_combined(const fit::SelectedEffects& effects) {
     return true;
 }
 
-Attempts starts_to_estimate(const fit::Fit& base,
-                            std::span<const fit::ObservedRecording> recordings,
-                            const std::vector<CandidateView>& views,
-                            const std::vector<std::size_t>& chosen, const PredictedGain& gain) {
-    const EstimatedStarts starts(base, recordings, views, chosen);
-    Attempts attempts(2);
+std::vector<fit::StartModels> starts_to_estimate(const fit::Fit& base,
+                                                 std::span<const fit::ObservedRecording> recordings,
+                                                 const std::vector<CandidateView>& views,
+                                                 const std::vector<std::size_t>& chosen,
+                                                 const PredictedGain& gain) {
+    const EstimatedStarts estimated(base, recordings, views, chosen);
+    std::vector<fit::StartModels> starts;
     for (const PredictedPoint& point : gain.points)
-        attempts[0].push_back(starts.towards(starts.within_bounds(point), 1.0));
-    const PredictedPoint likeliest = starts.within_bounds(gain.points.front());
-    attempts[0].push_back(starts.towards(likeliest, shorter_share));
-    attempts[1].push_back(starts.towards(likeliest, 0.0));
-    return attempts;
+        starts.push_back(estimated.towards(estimated.within_bounds(point), 1.0));
+    const PredictedPoint likeliest = estimated.within_bounds(gain.points.front());
+    starts.push_back(estimated.towards(likeliest, shorter_share));
+    starts.push_back(estimated.towards(likeliest, 0.0));
+    return starts;
 }
 
 bool contains_all(const fit::SelectedEffects& effects, const fit::SelectedEffects& some) {
@@ -396,34 +314,36 @@ fit::Fit fit_larger(const fit::SelectedEffects& effects, const fit::Fit& smaller
     if (!smaller.moves() || smaller.failed())
         return fit::fit_model(effects, smaller, recordings, options);
     int batches = 0;
-    fit::Fit fit = smaller;
-    fit::Fit together;
-    fit::SelectedEffects rest = fit::in_library_order(effects);
-    std::erase_if(rest, [&](const auto& each) { return fit::contains(smaller.effects, each); });
+    fit::Fit fit;
+    fit::SelectedEffects added = fit::in_library_order(effects);
+    std::erase_if(added, [&](const auto& each) { return fit::contains(smaller.effects, each); });
     try {
-        while (!rest.empty() && !fit.failed()) {
-            const Additions additions(rest, fit, recordings, options);
-            batches += additions.batches();
-            if (rest.size() > 1 && fit.effects.size() == smaller.effects.size()) {
-                std::vector<std::size_t> all(rest.size());
-                std::iota(all.begin(), all.end(), 0);
-                together = additions.with(all);
-                batches += together.batches;
-            }
-            const std::size_t next = additions.likeliest();
-            fit = additions.with({next});
-            batches += fit.batches;
-            rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(next));
+        std::vector<CandidateView> views;
+        for (const physics::SelectedEffect& effect : added) {
+            views.push_back({effect, effect_columns(smaller, effect, recordings, options)});
+            batches += views.back().columns.batches;
+            if (const std::string& failure = views.back().columns.failure; !failure.empty())
+                throw core::NumericalError(core::FailureKind::FitFailed, failure);
         }
+        std::vector<std::size_t> all(views.size());
+        std::iota(all.begin(), all.end(), 0);
+        PredictedGain gain = LinearEvidence(smaller.system, views).gain(all);
+        if (gain.points.empty()) { // all allowed sizes make the fit worse: it starts without them
+            gain.points.emplace_back();
+            for (const CandidateView& view : views)
+                gain.points.front().effects.push_back(
+                    {.amounts = std::vector(view.columns.nodes.front().columns.size(), 0.0)});
+        }
+        fit::SelectedEffects larger = smaller.effects;
+        larger.insert(larger.end(), added.begin(), added.end());
+        fit = fit::fit_near(starts_to_estimate(smaller, recordings, views, all, gain), larger,
+                            smaller, recordings, options);
+        batches += fit.batches;
     } catch (const std::runtime_error& error) { // InputError or NumericalError
-        fit = {};
         fit.reason = error.what();
     }
-    if (!together.failed() && (fit.failed() || together.weighted_rms < fit.weighted_rms))
-        fit = std::move(together);
     fit.batches = batches;
     fit.effects = effects;
-    fit.names = fit::model_names(fit::in_library_order(effects));
     return fit;
 }
 
@@ -432,9 +352,9 @@ FittedModel fit_planned(const PlannedModel& planned, const fit::Fit& smaller,
                         const fit::SelectedEffects& known, const Policy& policy,
                         const fit::FitOptions& options) {
     const fit::Fit fit =
-        planned.attempts.empty()
+        planned.starts.empty()
             ? fit_larger(planned.effects, smaller, recordings, options)
-            : fit_from(planned.attempts, planned.effects, smaller, recordings, options);
+            : fit::fit_near(planned.starts, planned.effects, smaller, recordings, options);
     FittedModel out;
     if (!fit.failed())
         out.evidence = evidence_of(fit, recordings, known);

@@ -45,30 +45,25 @@ void fields(Wire& wire, FittedModel& model) {
     wire(model.evidence, model.is_inadequate);
 }
 
-/// Starts of a fit that are compared by their runs; those of a second attempt count if no fit from
-/// the first one succeeds.
-using Attempts = std::vector<std::vector<fit::StartModels>>;
-
 /// A model to be fitted.
 struct PlannedModel {
     fit::SelectedEffects effects;
     double predicted = not_predicted;
-    Attempts attempts; ///< about the estimate of a prediction, or one start near the end
+    /// As starts_to_estimate(), or one near the solution; empty: none is known.
+    std::vector<fit::StartModels> starts;
 };
 
-/// Models of the recordings with the effects `chosen` among `views`: first at the linear estimate
-/// of each point of `gain` and at a quarter of the way to the likeliest one, then without the
-/// effects. Y and β keep the first mode of the straight way (fit::in_valley()).
-[[nodiscard]] Attempts starts_to_estimate(const fit::Fit& base,
-                                          std::span<const fit::ObservedRecording> recordings,
-                                          const std::vector<CandidateView>& views,
-                                          const std::vector<std::size_t>& chosen,
-                                          const PredictedGain& gain);
+/// Starts of a model with the effects `chosen` among `views`, as fit::fit_near() takes them: the
+/// linear estimate of each point of `gain`, a quarter of the way to the likeliest one, and last the
+/// model without the effects. Y and β keep the first mode of the straight way (fit::in_valley()).
+[[nodiscard]] std::vector<fit::StartModels>
+starts_to_estimate(const fit::Fit& base, std::span<const fit::ObservedRecording> recordings,
+                   const std::vector<CandidateView>& views, const std::vector<std::size_t>& chosen,
+                   const PredictedGain& gain);
 
-/// Adds the effects to `smaller` together and one by one, the one that is predicted to explain most
-/// first, each time from the linear estimate about the fit before; the better fit counts. If
-/// nothing moves in `smaller`, as fit::fit_model(). Never throws for a model that cannot be fitted
-/// or combined, but returns FitStatus::Failed with the reason.
+/// Adds the effects to `smaller` from the linear estimate about it. If nothing moves in `smaller`,
+/// as fit::fit_model(). Never throws for a model that cannot be fitted or combined, but returns
+/// FitStatus::Failed with the reason.
 [[nodiscard]] fit::Fit fit_larger(const fit::SelectedEffects& effects, const fit::Fit& smaller,
                                   std::span<const fit::ObservedRecording> recordings,
                                   const fit::FitOptions& options = {});

@@ -5,8 +5,8 @@
 #include "fit/errors/release.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/fit_numbers.hpp"
+#include "fit/noise/at_rest.hpp"
 #include "fit/noise/in_motion.hpp"
-#include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -18,15 +18,6 @@
 
 namespace culm::fit {
 namespace {
-
-/// Changes Y and β of the model so that the case which it computes has those of `wanted`.
-void compute_with(const physics::StemParameters<double>& wanted, StemModel& model) {
-    const physics::StemParameters<double> now = computed_case(model).stem;
-    for (const auto member : {&physics::StemParameters<double>::bond_youngs_modulus,
-                              &physics::StemParameters<double>::bond_damping})
-        if (now.*member > 0.0)
-            model.spec.stem.*member *= wanted.*member / now.*member;
-}
 
 /// The error terms of a recording about its own fit, which is fitted again with them.
 Fit fit_with_terms(Fit fit, ObservedRecording& recording, const FitOptions& options) {
@@ -150,16 +141,11 @@ BaselineFit fit_baseline(std::span<const measure::Measurement> measurements,
 StartModels with_chain(const Fit& numbers, std::span<const ObservedRecording> from,
                        const FitOptions& from_options,
                        std::span<const ObservedRecording> recordings, const FitOptions& options) {
-    const StartModels before = models_of(numbers, from, from_options);
-    StartModels models = models_of(numbers, recordings, options);
+    StartModels models = models_of(numbers, from, from_options);
     for (std::size_t m = 0; m < models.size(); ++m) {
-        const auto modes = run::chain_modes(computed_case(before[m]), 1);
-        if (modes.empty())
-            continue;
-        StemModel computed = models[m];
-        computed.spec = computed_case(models[m]);
-        keep_first_mode(modes.front(), computed);
-        compute_with(computed.spec.stem, models[m]);
+        const StemChain chain = chain_of(recordings[m], options.chain);
+        models[m] = with_error_terms(
+            with_spheres(std::move(models[m]), chain.spec.stem.sphere_count), recordings[m]);
     }
     return models;
 }

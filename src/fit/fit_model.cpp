@@ -50,7 +50,7 @@ bool is_as_good_as(const Fit& fit, const Fit& smaller) {
 /// The residuals of a stem that nothing moves are its readings.
 Fit motionless(const StartModels& models, std::span<const ObservedRecording> recordings,
                const FitOptions& options) {
-    JointOptions held{options.solve(), {}, {}};
+    JointOptions held{options};
     held.with_inputs = false;
     held.is_held.assign(joint_layout(models, recordings).ids.size(), true);
     Fit fit = fit_jointly(models, recordings, held);
@@ -83,37 +83,40 @@ Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
         if (!effects.empty() && smaller.failed())
             fit.reason = "the model that it contains could not be fitted: " + smaller.reason;
         else if (moves(models, recordings))
-            fit = fitted(models, recordings,
-                         {options.solve(), {}, noises(smaller), {}, options.with_inputs, {}, true});
+            fit = fitted(models, recordings, {options, {}, noises(smaller), {}, {}, true});
         else
             fit = effects.empty() ? motionless(models, recordings, options) : smaller;
     } catch (const std::runtime_error& error) { // InputError or NumericalError
         fit = failure(error.what(), fit.batches);
     }
     fit.effects = effects;
-    fit.names = model_names(in_library_order(effects));
     return fit;
 }
 
 Fit fit_near(const std::vector<StartModels>& starts, const SelectedEffects& effects,
              const Fit& smaller, std::span<const ObservedRecording> recordings,
              const FitOptions& options, std::vector<KnownPoint> known) {
-    JointOptions joint{options.solve(),     {},
-                       noises(smaller),     std::move(known),
-                       options.with_inputs, {starts.begin() + 1, starts.end()}};
-    Fit fit = fitted(starts.front(), recordings, std::move(joint));
-    if (!fit.failed() && !smaller.parts.empty() && is_nested(starts.front().front()) &&
-        !is_as_good_as(fit, smaller)) {
+    const auto fit_from = [&](const StartModels& start, JointOptions joint) {
+        Fit fit = fitted(start, recordings, std::move(joint));
+        if (fit.failed() || smaller.parts.empty() || !is_nested(start.front()) ||
+            is_as_good_as(fit, smaller))
+            return fit;
         const measure::ReadingUnit unit =
             measure::reading_unit(smaller.parts.front().model.spec.sensors);
-        fit = failure(fmt::format("no start leads to a fit as good as that of the model it "
-                                  "contains (rms {:.4g} {}, without it {:.4g} {})",
-                                  unit.factor * fit.rmse, unit.name, unit.factor * smaller.rmse,
-                                  unit.name),
-                      fit.batches);
+        return failure(fmt::format("no start leads to a fit as good as that of the model it "
+                                   "contains (rms {:.4g} {}, without it {:.4g} {})",
+                                   unit.factor * fit.rmse, unit.name, unit.factor * smaller.rmse,
+                                   unit.name),
+                       fit.batches);
+    };
+    Fit fit = fit_from(
+        starts.front(),
+        {options, {}, noises(smaller), std::move(known), {starts.begin() + 1, starts.end()}});
+    if (const int batches = fit.batches; fit.failed() && starts.size() > 1) {
+        fit = fit_from(starts.back(), {options, {}, noises(smaller)});
+        fit.batches += batches;
     }
     fit.effects = effects;
-    fit.names = model_names(in_library_order(effects));
     return fit;
 }
 

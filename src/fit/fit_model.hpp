@@ -2,7 +2,7 @@
 // The policy of every fit: where it starts, when it restarts and when it fails.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/fit.hpp"
 
 #include <optional>
 #include <span>
@@ -21,9 +21,9 @@ namespace culm::fit {
                             std::span<const ObservedRecording> recordings,
                             const FitOptions& options = {});
 
-/// Fits a model with these effects from the best of `starts`, which are near the solution. `known`:
-/// at the first one; empty: to be computed. A model that contains the smaller one and fits worse
-/// has failed.
+/// Fits a model with these effects from the best of `starts`, as solve() does, or from the last one
+/// if that fails. `known`: at the first one; empty: to be computed. A model that contains the
+/// smaller one and fits worse has failed.
 [[nodiscard]] Fit fit_near(const std::vector<StartModels>& starts, const SelectedEffects& effects,
                            const Fit& smaller, std::span<const ObservedRecording> recordings,
                            const FitOptions& options, std::vector<KnownPoint> known = {});

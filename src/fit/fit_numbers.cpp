@@ -54,8 +54,8 @@ StartModels models_of(const Fit& numbers, std::span<const ObservedRecording> rec
 
 Fit rerun(const Fit& numbers, std::span<const ObservedRecording> recordings,
           const FitOptions& options) {
-    JointOptions here{options.solve(), {}, {}, {}, options.with_inputs};
-    here.chain.largest_iterations = 0;
+    JointOptions here{options};
+    here.largest_iterations = 0;
     const StartModels models = models_of(numbers, recordings, options);
     if (numbers.points.size() >= models.size()) // they may be those of more recordings
         here.known.assign(numbers.points.begin(), numbers.points.begin() + std::ssize(models));
@@ -70,7 +70,6 @@ Fit rerun(const Fit& numbers, std::span<const ObservedRecording> recordings,
     out.status = numbers.status;
     out.reason = numbers.reason;
     out.effects = numbers.effects;
-    out.names = numbers.names;
     return out;
 }
 

@@ -2,7 +2,7 @@
 // Converts a fit to the few numbers that another rank needs, and back.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/fit.hpp"
 
 #include <span>
 
@@ -20,7 +20,7 @@ namespace culm::fit {
 /// The numbers travel between ranks. The effects do not, because every rank has them.
 template <class Wire>
 void fields(Wire& wire, Fit& numbers) {
-    wire(numbers.names, numbers.status, numbers.reason, numbers.parameters, numbers.pulls,
+    wire(numbers.status, numbers.reason, numbers.parameters, numbers.pulls,
          numbers.has_moved_inputs, numbers.chi_squared, numbers.reduced_chi_squared, numbers.rmse,
          numbers.readings, numbers.degrees_of_freedom, numbers.misfits, numbers.batches,
          numbers.points, numbers.weighted_rms, numbers.own_weighted_rms);

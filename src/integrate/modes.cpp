@@ -224,10 +224,6 @@ std::vector<VibrationMode> vibration_modes(const LinearisedChain& chain, std::si
     return modes;
 }
 
-double lowest_natural_frequency(const LinearisedChain& chain) {
-    return lowest_undamped(chain).angular_frequency / (2.0 * std::numbers::pi);
-}
-
 VibrationMode lightly_damped_mode(const physics::Chain<2, double>& chain) {
     const LinearisedChain linear = linearise_transverse(chain);
     const UndampedMode relaxed = lowest_undamped(linear);

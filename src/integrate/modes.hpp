@@ -30,12 +30,9 @@ struct VibrationMode {
 [[nodiscard]] std::vector<VibrationMode> vibration_modes(const LinearisedChain& chain,
                                                          std::size_t count);
 
-/// The lowest natural frequency of the chain without its damping, Hz, by inverse iteration, which
-/// costs much less than all modes. NaN if the stiffness is singular or the chain leans further.
-[[nodiscard]] double lowest_natural_frequency(const LinearisedChain& chain);
-
-/// The first of transverse_modes() to first order in the damping, at the same low cost: its
-/// frequency is the natural one.
+/// The first of transverse_modes() to first order in the damping, by inverse iteration, which costs
+/// much less than all modes: its frequency is the natural one. NaN if the stiffness is singular or
+/// the chain leans further.
 [[nodiscard]] VibrationMode lightly_damped_mode(const physics::Chain<2, double>& chain);
 
 /// The largest step (s) for which velocity Verlet, with damping evaluated from the half-step

@@ -204,7 +204,14 @@ class Rosenbrock {
         const T error = error_of_step();
         std::array<bool, lanes> accepted{};
         if (follows_first_lane_) {
-            accepted.fill(controllers_[0].judge(core::lane(error, 0)));
+            // A clamp that sticks a little later in another lane would send it astray.
+            constexpr double largest_error = 10.0; // of the other lanes, over the allowed one
+            double judged = core::lane(error, 0);
+            for (std::size_t lane = 1; lane < lanes; ++lane)
+                if (const double other = core::lane(error, lane) / largest_error;
+                    std::isfinite(other))
+                    judged = std::max(judged, other);
+            accepted.fill(controllers_[0].judge(judged));
         } else {
             for (std::size_t lane = 0; lane < lanes; ++lane)
                 accepted[lane] = wanted[lane] && controllers_[lane].judge(core::lane(error, lane));

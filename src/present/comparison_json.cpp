@@ -163,7 +163,7 @@ json compared_fit_json(const fit::Fit& model, const diagnose::Comparison& compar
 
 json ladder_model_json(const diagnose::Ladder& ladder, std::size_t k) {
     const diagnose::LadderModel& model = ladder.models[k];
-    json out{{"model", model.fit.names}, {"added", model.added}, {"runs", model.fit.batches}};
+    json out{{"model", model.fit.names()}, {"added", model.added}, {"runs", model.fit.batches}};
     if (k > 0) {
         out["compared_with"] = model.compared_with;
         out["gain"] = model.is_gain;

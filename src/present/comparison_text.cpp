@@ -316,7 +316,7 @@ std::string comparison_headline(const diagnose::Ladder& ladder, const std::strin
         return is_adequate
                    ? fmt::format("The published chain explains {} to its noise.", measurement)
                    : fmt::format("The published chain is inadequate for {}.", measurement);
-    std::vector<std::string> effects = ladder.models[best].fit.names;
+    std::vector<std::string> effects = ladder.models[best].fit.names();
     effects.erase(effects.begin()); // the baseline
     return fmt::format("The published chain is inadequate for {}; with {} it {}.", measurement,
                        fmt::join(effects, " and "),
@@ -329,7 +329,7 @@ std::vector<std::string> step_sentences(const diagnose::Ladder& ladder, std::siz
     if (model.fit.failed())
         return {fmt::format("{} could not be fitted.", added)};
     const bool is_one = model.added.size() == 1;
-    const std::vector<std::string>& smaller = ladder.models[model.compared_with].fit.names;
+    const std::vector<std::string> smaller = ladder.models[model.compared_with].fit.names();
     std::vector<std::string> sentences{
         fmt::format("{}{} {} {}{}.", added, is_one ? "" : " together",
                     model.is_gain ? (is_one ? "improves on" : "improve on")
@@ -387,7 +387,7 @@ std::string comparison_text(const diagnose::Ladder& ladder, const measure::Measu
     }
     if (last == nullptr)
         return text;
-    text += fmt::format("\n{}:\n", model_name(last->fit.names));
+    text += fmt::format("\n{}:\n", model_name(last->fit.names()));
     const auto place = static_cast<std::size_t>(last - ladder.models.data());
     for (const std::string& sentence : comparison_sentences(comparison_of(ladder, place)))
         text += result_lines("  ", sentence);

@@ -105,7 +105,7 @@ json failed_json(const std::vector<diagnose::ModelProbability>& models) {
 json models_json(const std::vector<diagnose::SearchedModel>& ladder) {
     json out = json::array();
     for (const diagnose::SearchedModel& model : ladder) {
-        json entry{{"model", model.fit.names},
+        json entry{{"model", model.fit.names()},
                    {"rmse_mm", number(1e3 * model.fit.rmse)},
                    {"reduced_chi2", number(model.fit.reduced_chi_squared)},
                    {"contradicted_inputs", contradictions_json(model.fit.pulls)},

@@ -41,7 +41,7 @@ std::string diagnosis_header(const DiagnosisReport& report) {
 
 /// "the published chain", with the known effects.
 std::string first_model(const diagnose::Diagnosis& found) {
-    std::vector<std::string> known = found.ladder.front().fit.names;
+    std::vector<std::string> known = found.ladder.front().fit.names();
     known.erase(known.begin());
     return known.empty() ? std::string("the published chain")
                          : fmt::format("the published chain with {}", fmt::join(known, " and "));
@@ -61,7 +61,7 @@ std::string before_and_after(const physics::ParameterId& id, const fit::Fit& bef
                              const fit::Fit& after) {
     const auto first = std::ranges::find(before.parameters, id, &fit::FittedParameter::id);
     const auto last = std::ranges::find(after.parameters, id, &fit::FittedParameter::id);
-    if (before.names == after.names)
+    if (before.names() == after.names())
         return value_text(*first);
     return fmt::format("{} before, {} after, a change of {}", value_text(*first), value_text(*last),
                        percent_text(last->value / first->value - 1.0));
@@ -223,13 +223,13 @@ std::string model_lines(const std::vector<diagnose::SearchedModel>& ladder,
                         const measure::ReadingUnit& unit, const TextStyle& style) {
     std::size_t width = 17;
     for (const diagnose::SearchedModel& model : ladder)
-        width = std::max(width, model_name(model.fit.names).size());
+        width = std::max(width, model_name(model.fit.names()).size());
     std::string text = fmt::format("{:<{}} {:>9} {:>7} {:>10} {:>13}  {}\n", "residual by model",
                                    width, fmt::format("rms {}", unit.name), "/noise", "red. chi2*",
                                    "log evidence*", "verdict*");
     for (const diagnose::SearchedModel& model : ladder)
         text += fmt::format(
-            "{:<{}} {:>9} {:>7} {:>10} {:>13}  {}\n", model_name(model.fit.names), width,
+            "{:<{}} {:>9} {:>7} {:>10} {:>13}  {}\n", model_name(model.fit.names()), width,
             number_cell(unit.factor * model.fit.rmse, 4), number_cell(over_noise(model.fit), 2),
             number_cell(model.fit.reduced_chi_squared, 3),
             &model == &ladder.front() ? std::string() : fmt::format("{:+.0f}", model.log_evidence),

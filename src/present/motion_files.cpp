@@ -144,7 +144,7 @@ void write_comparison_arrays(const std::filesystem::path& file, const diagnose::
         if (arrays.empty()) // all fits have the same frames
             add_measured(arrays, "", fit.parts.front(), measurement);
         const std::string group = fmt::format("model_{}", k);
-        groups.push_back({group, {{"model", model_name(fit.names)}}});
+        groups.push_back({group, {{"model", model_name(fit.names())}}});
         add_model(arrays, group, fit.parts.front(), *ladder.models[k].comparison);
     }
     archive::write_array_file(file, groups, arrays);
@@ -154,7 +154,7 @@ void write_diagnosis_arrays(const std::filesystem::path& file, const diagnose::D
                             std::span<const measure::Measurement> recordings) {
     std::vector<const fit::Fit*> models{&diagnosis.baseline};
     if (const fit::Fit& last = diagnosis.final_fit;
-        !last.failed() && last.names != diagnosis.baseline.names)
+        !last.failed() && last.names() != diagnosis.baseline.names())
         models.push_back(&last);
     std::vector<GroupTexts> groups{{"", {{"format", "culm diagnosis arrays"}, {"version", "1.0"}}}};
     std::vector<NamedArray> arrays;
@@ -168,7 +168,7 @@ void write_diagnosis_arrays(const std::filesystem::path& file, const diagnose::D
             if (m == 0)
                 add_measured(arrays, recording + "/", fit, recordings[k]);
             const std::string group = fmt::format("{}/model_{}", recording, m);
-            groups.push_back({group, {{"model", model_name(models[m]->names)}}});
+            groups.push_back({group, {{"model", model_name(models[m]->names())}}});
             add_predicted(arrays, group, fit);
         }
     }

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "diagnose/adequacy.hpp"
-#include "fit/solve/fit.hpp"
+#include "fit/fit.hpp"
 #include "present/text_style.hpp"
 
 #include <map>

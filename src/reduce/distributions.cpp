@@ -109,13 +109,12 @@ double runs_p_value(std::span<const double> residuals) {
     return 2.0 * boost::math::cdf(boost::math::complement(distribution, z));
 }
 
-double chi_squared_p_value(double sum_of_squares, double sigma, std::size_t degrees_of_freedom) {
-    const double value = sum_of_squares / (sigma * sigma);
+double chi_squared_p_value(double value, double degrees_of_freedom) {
     if (!(value > 0.0))
         return 1.0;
     if (std::isinf(value))
         return 0.0;
-    const boost::math::chi_squared distribution(static_cast<double>(degrees_of_freedom));
+    const boost::math::chi_squared distribution(degrees_of_freedom);
     return boost::math::cdf(boost::math::complement(distribution, value));
 }
 

@@ -51,8 +51,7 @@ struct Estimate {
 /// random order (normal approximation). Zeros are left out; 1 with fewer than two of each sign.
 [[nodiscard]] double runs_p_value(std::span<const double> residuals);
 
-/// P(χ² >= sum_of_squares/sigma²): p-value of residuals against noise of standard deviation sigma.
-[[nodiscard]] double chi_squared_p_value(double sum_of_squares, double sigma,
-                                         std::size_t degrees_of_freedom);
+/// P(χ² >= value) for any positive number of degrees of freedom.
+[[nodiscard]] double chi_squared_p_value(double value, double degrees_of_freedom);
 
 } // namespace culm::reduce

@@ -85,7 +85,7 @@ double balance_p_value(const fit::RecordingFit& fit, const Eigen::MatrixXd& whit
         sum += total * total / static_cast<double>(values.size());
         ++rows;
     }
-    return rows == 0 ? 1.0 : reduce::chi_squared_p_value(sum, 1.0, rows);
+    return rows == 0 ? 1.0 : reduce::chi_squared_p_value(sum, double(rows));
 }
 
 /// Fisher (1925): −2 Σ ln p is χ² with two degrees of freedom per test.
@@ -93,7 +93,7 @@ double combined_p_value(const std::vector<double>& p_values) {
     double sum = 0.0;
     for (const double p : p_values)
         sum -= 2.0 * std::log(std::max(p, 1e-300));
-    return p_values.empty() ? 1.0 : reduce::chi_squared_p_value(sum, 1.0, 2 * p_values.size());
+    return p_values.empty() ? 1.0 : reduce::chi_squared_p_value(sum, 2.0 * double(p_values.size()));
 }
 
 double likeness_p_value(const fit::RecordingFit& fit, const Eigen::MatrixXd& whitened) {
@@ -124,7 +124,7 @@ double likeness_p_value(const fit::RecordingFit& fit, const Eigen::MatrixXd& whi
             sum += count * product * product / (square_a * square_b);
             ++pairs;
         }
-    return pairs == 0 ? 1.0 : reduce::chi_squared_p_value(sum, 1.0, pairs);
+    return pairs == 0 ? 1.0 : reduce::chi_squared_p_value(sum, double(pairs));
 }
 
 } // namespace
@@ -140,9 +140,9 @@ LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing) {
         static_cast<double>(std::max<std::size_t>(fit.degrees_of_freedom, 1)));
     // χ² of correlated residuals scatters like χ² with fewer degrees of freedom.
     if (fit.is_noise_known && fit.degrees_of_freedom > 0)
-        add("size",
-            fit::chi_squared_tail(fit.reduced_chi_squared * result.effective_degrees_of_freedom,
-                                  result.effective_degrees_of_freedom));
+        add("size", reduce::chi_squared_p_value(fit.reduced_chi_squared *
+                                                    result.effective_degrees_of_freedom,
+                                                result.effective_degrees_of_freedom));
     const std::size_t lags = lags_over_a_period(fit, physics::first_frequency(fit.model.spec.stem));
     const std::vector<double> of_the_swing = swing_residuals(fit, whitened);
     add("correlation of the swing", reduce::ljung_box_p_value(of_the_swing, lags));

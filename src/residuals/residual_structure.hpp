@@ -3,7 +3,7 @@
 // swing, or another shape.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/fit.hpp"
 #include "residuals/swing.hpp"
 
 #include <array>

@@ -3,7 +3,7 @@
 // frequency, decay and position of rest as its amplitude falls; and Eq. 1 at every height.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/fit.hpp"
 #include "measure/folder/measurement.hpp"
 #include "reduce/ring_down/stem_ring_downs.hpp"
 

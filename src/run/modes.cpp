@@ -3,7 +3,6 @@
 
 #include "core/error.hpp"
 #include "measure/folder/observation.hpp"
-#include "physics/effects/stem_scales.hpp"
 #include "run/case_model.hpp"
 
 #include <algorithm>
@@ -13,8 +12,6 @@
 
 namespace culm::run {
 namespace {
-
-constexpr double little_damping = 1e-3; // β of a chain that vibrates
 
 /// The case's chain in the plane of the pull, without the effects that leave it and without dry
 /// friction.
@@ -109,18 +106,6 @@ integrate::VibrationMode first_mode(const CaseSpec& spec) {
 
 integrate::VibrationMode lightly_damped_mode(const CaseSpec& spec) {
     return integrate::lightly_damped_mode(planar_chain(spec));
-}
-
-double natural_frequency(const CaseSpec& spec) {
-    const double of_beam = physics::first_frequency(spec.stem);
-    if (spec.added_masses.empty())
-        return of_beam;
-    CaseSpec loaded = spec;
-    loaded.stem.bond_damping = little_damping;
-    CaseSpec bare = loaded;
-    bare.added_masses.clear();
-    // Only the ratio is taken from the chain: its error of discretisation cancels.
-    return of_beam * first_mode(loaded).natural_frequency() / first_mode(bare).natural_frequency();
 }
 
 double undamped_period(const CaseSpec& spec) {

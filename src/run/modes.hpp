@@ -36,10 +36,6 @@ struct ShapedMode {
 /// frequency is the natural one. NaN if the straight chain is unstable.
 [[nodiscard]] integrate::VibrationMode lightly_damped_mode(const CaseSpec& spec);
 
-/// Frequency of the first mode of the slender beam, Hz. Known masses change it by the same ratio as
-/// that of the chain. Throws as first_mode() if there are any.
-[[nodiscard]] double natural_frequency(const CaseSpec& spec);
-
 /// Period of the first bending mode of the bare stem without damping, s.
 [[nodiscard]] double undamped_period(const CaseSpec& spec);
 

@@ -44,10 +44,9 @@ SensitivityOutcome simulate_with_sensitivities(const CaseSpec& spec,
             const CaseParameter& parameter = parameters[first + k];
             const double value = parameter.get(spec);
             const double size = parameter.scale > 0.0 ? parameter.scale : std::abs(value);
-            parameter.set(specs[k + 1], value + relative_change * size);
-            // The actual change after rounding: a change of 1e-6 keeps only ten of the number's
-            // digits.
-            changes.push_back(parameter.get(specs[k + 1]) - value);
+            const double changed = value + relative_change * size;
+            parameter.set(specs[k + 1], changed);
+            changes.push_back(changed - value); // after rounding: it has ten digits
         }
         std::vector<CaseOutcome> outcomes = simulate_on_common_steps(specs, heartbeat);
         for (const CaseOutcome& outcome : outcomes)

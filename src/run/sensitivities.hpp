@@ -38,7 +38,8 @@ using SensitivityOutcome = std::variant<CaseWithSensitivities, CaseFailure>;
 /// the same steps in SIMD lanes (internal numerical differentiation: Bock 1981). A method without
 /// iteration is a smooth function of the parameters, so the difference of two lanes is their
 /// derivative to about 1e-5, at the cost of one run of full lanes for every lane_count − 1
-/// parameters. The result is bit for bit the same whatever the parameters are.
+/// parameters. The result is bit for bit the same whatever the parameters are, unless the error of
+/// a changed lane exceeds the allowed one tenfold: that shortens the steps of all.
 [[nodiscard]] SensitivityOutcome
 simulate_with_sensitivities(const CaseSpec& spec, std::span<const CaseParameter> parameters,
                             const Heartbeat& heartbeat = {});

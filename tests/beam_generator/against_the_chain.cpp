@@ -2,8 +2,8 @@
 // Fits of the chain of spheres to recordings of the beam, a model that shares no code with it.
 #include "beam_generator/random_case.hpp"
 #include "beam_generator/recording.hpp"
+#include "fit/chain/stem_chain.hpp"
 #include "fit/fit_model.hpp"
-#include "fit/model/stem_chain.hpp"
 #include "support/parameter_ids.hpp"
 #include "support/single_fit.hpp"
 

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/calibration.hpp"
 #include "core/error.hpp"
+#include "fit/fit.hpp"
 #include "fit/fit_model.hpp"
-#include "fit/solve/fit.hpp"
 #include "reduce/ring_down/ring_down_analysis.hpp"
 #include "support/parameter_ids.hpp"
 #include "support/simulated_measurement.hpp"
@@ -17,7 +17,7 @@ namespace {
 using namespace culm;
 
 fit::RecordingFit fitted(const measure::Measurement& measurement,
-                         const fit::SolveOptions& options = {}) {
+                         const fit::FitOptions& options = {}) {
     return tests::fit_chain(fit::baseline_model(measurement), measurement, options);
 }
 

@@ -88,7 +88,7 @@ TEST_P(ThreeCommands, PrintTheSameNumbers) {
     const fit::RecordingFit& by_compare = ladder.models.back().fit.parts.front();
     expect_same(by_compare, calibrated(GetParam()), "calibrate");
     const diagnose::Diagnosis found = diagnosed(GetParam());
-    ASSERT_EQ(found.ladder.back().fit.names, ladder.models.back().fit.names);
+    ASSERT_EQ(found.ladder.back().fit.names(), ladder.models.back().fit.names());
     expect_same(by_compare, found.ladder.back().fit.parts.front(), "diagnose");
     expect_same(ladder.models.front().fit.parts.front(), found.baseline.parts.front(),
                 "the published chain by diagnose");

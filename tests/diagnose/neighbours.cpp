@@ -3,7 +3,7 @@
 // less likely.
 #include "diagnose/model_search.hpp"
 #include "diagnosis_records.hpp"
-#include "fit/model/stem_model.hpp"
+#include "fit/chain/stem_model.hpp"
 
 #include <algorithm>
 #include <cstddef>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "beam_generator/recording.hpp"
 #include "diagnose/planned_model.hpp"
+#include "fit/chain/prediction.hpp"
+#include "fit/chain/stem_model.hpp"
 #include "fit/fit_model.hpp"
-#include "fit/model/prediction.hpp"
-#include "fit/model/stem_model.hpp"
 #include "fit/start/starts.hpp"
 #include "physics/effects/library.hpp"
 #include "run/simulate.hpp"

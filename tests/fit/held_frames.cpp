@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Frames before the release on a support that vibrates.
-#include "fit/model/stem_model.hpp"
+#include "fit/chain/stem_model.hpp"
 #include "support/simulated_measurement.hpp"
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/solve/fit.hpp"
+#include "fit/fit.hpp"
 #include "support/parameter_ids.hpp"
 #include "support/simulated_measurement.hpp"
 #include "support/single_fit.hpp"

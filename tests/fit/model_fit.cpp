@@ -144,7 +144,7 @@ TEST(Fit, FailsWithAReasonForACandidateThatCannotBeApplied) {
         diagnose::fit_larger(effects({"gravity"}), fit::fit_model({}, {}, two, {}), two);
     EXPECT_FALSE(fit.is_fitted());
     EXPECT_NE(fit.reason.find("gravity has no direction"), std::string::npos) << fit.reason;
-    EXPECT_EQ(fit.names, (std::vector<std::string>{"baseline", "gravity"}));
+    EXPECT_EQ(fit.names(), (std::vector<std::string>{"baseline", "gravity"}));
 }
 
 } // namespace

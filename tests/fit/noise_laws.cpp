@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Estimates from noise whose law is known, because it is drawn here.
-#include "fit/model/reading_noise.hpp"
+#include "fit/noise/noise_laws.hpp"
 
 #include <cmath>
 #include <complex>

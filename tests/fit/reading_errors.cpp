@@ -4,9 +4,9 @@
 // inadequate.
 #include "beam_generator/recording.hpp"
 #include "diagnose/adequacy.hpp"
+#include "fit/chain/prediction.hpp"
 #include "fit/fit_model.hpp"
-#include "fit/model/prediction.hpp"
-#include "fit/model/reading_noise.hpp"
+#include "fit/noise/whitening.hpp"
 
 #include <algorithm>
 #include <array>

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/model/reading_noise.hpp"
-
+#include "fit/noise/at_rest.hpp"
 #include "support/simulated_measurement.hpp"
 
 #include <gtest/gtest.h>

@@ -86,9 +86,9 @@ TEST(SpatialPattern, IsSeenWithItsShapeAtAThirdOfTheNoise) {
 }
 
 TEST(ChiSquaredTail, AgreesWithTablesAndTakesFractions) {
-    EXPECT_NEAR(fit::chi_squared_tail(18.307, 10.0), 0.05, 1e-5); // five figures printed
-    EXPECT_NEAR(fit::chi_squared_tail(6.635, 1.0), 0.01, 1e-5);
-    EXPECT_GT(fit::chi_squared_tail(10.0, 10.5), fit::chi_squared_tail(10.0, 10.0));
+    EXPECT_NEAR(reduce::chi_squared_p_value(18.307, 10.0), 0.05, 1e-5); // five figures printed
+    EXPECT_NEAR(reduce::chi_squared_p_value(6.635, 1.0), 0.01, 1e-5);
+    EXPECT_GT(reduce::chi_squared_p_value(10.0, 10.5), reduce::chi_squared_p_value(10.0, 10.0));
 }
 
 } // namespace

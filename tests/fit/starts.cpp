@@ -34,7 +34,7 @@ class Starts {
     Starts(beam::HiddenEffect hidden, const char* fitted)
         : recording_(recording_with(std::move(hidden))), smaller_(fit_baseline(recording_)),
           effects_(physics::parse_effects(fitted, {})),
-          model_(fit::candidate_model(fit::baseline_model(recording_), effects_, recording_)) {}
+          model_(fit::candidate_model(smaller_.parts.front().model, effects_, recording_)) {}
 
     /// χ² above the number of readings, where a fit from this start alone ends; that of the smaller
     /// model if it fails.
@@ -95,7 +95,7 @@ TEST(Solutions, EndWhereARestartGainsNothing) {
     const fit::Fit smaller = fit_baseline(recording);
     const fit::SelectedEffects effects = physics::parse_effects("local_defect", {});
     const fit::StemModel model =
-        fit::candidate_model(fit::baseline_model(recording), effects, recording);
+        fit::candidate_model(smaller.parts.front().model, effects, recording);
     for (const fit::StemModel& start :
          fit::fit_starts(model, smaller.parts.front(), fit::StartSize::Absent)) {
         fit::JointOptions once;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Steps that keep the first mode that a straight step has to first order.
-#include "fit/model/stem_model.hpp"
-#include "fit/solve/fit.hpp"
+#include "fit/chain/stem_model.hpp"
+#include "fit/fit.hpp"
 #include "run/modes.hpp"
 #include "support/parameter_ids.hpp"
 #include "support/simulated_measurement.hpp"

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Sentences that culm compare must and must not print about a misfit.
+#include "physics/effects/selection.hpp"
 #include "present/comparison.hpp"
 
 #include <string>
@@ -92,21 +93,20 @@ TEST(Words, NameNoHeightWhereThereIsOnlyOne) {
 }
 
 /// Adds a model of these effects and its verdict to the ladder.
-void add_model(diagnose::Ladder& ladder, const std::vector<std::string>& names,
-               diagnose::Finding finding) {
+void add_model(diagnose::Ladder& ladder, const std::string& effects, diagnose::Finding finding) {
     diagnose::LadderModel model;
     model.fit.status = fit::FitStatus::Fitted;
-    model.fit.names = names;
+    model.fit.effects = physics::parse_effects(effects, {});
     model.comparison.emplace().verdict.finding = finding;
     ladder.models.push_back(std::move(model));
 }
 
 diagnose::Ladder ladder_with_a_useless_top() {
     diagnose::Ladder ladder;
-    add_model(ladder, {"baseline"}, diagnose::Finding::Inadequate);
-    add_model(ladder, {"baseline", "drag"}, diagnose::Finding::Adequate);
-    add_model(ladder, {"baseline", "drag", "taper"}, diagnose::Finding::Adequate);
-    ladder.models[1].added = {"drag"};
+    add_model(ladder, "", diagnose::Finding::Inadequate);
+    add_model(ladder, "quadratic_drag", diagnose::Finding::Adequate);
+    add_model(ladder, "quadratic_drag,taper", diagnose::Finding::Adequate);
+    ladder.models[1].added = {"quadratic_drag"};
     ladder.models[1].is_gain = true;
     ladder.models[1].why = "BIC falls by 400";
     ladder.models[1].modulus_change = -0.01;
@@ -121,7 +121,7 @@ TEST(Headline, NamesTheEffectsOfTheLastModelThatImproves) {
     diagnose::Ladder ladder = ladder_with_a_useless_top();
     EXPECT_EQ(present::best_model(ladder), 1U);
     EXPECT_EQ(present::comparison_headline(ladder, "T2"),
-              "The published chain is inadequate for T2; with drag it is adequate.");
+              "The published chain is inadequate for T2; with quadratic_drag it is adequate.");
     ladder.models[1].is_gain = false;
     EXPECT_EQ(present::best_model(ladder), 0U);
     EXPECT_EQ(present::comparison_headline(ladder, "T2"),
@@ -131,14 +131,15 @@ TEST(Headline, NamesTheEffectsOfTheLastModelThatImproves) {
 TEST(Step, SaysAgainstWhichModelAndWhatItChanges) {
     diagnose::Ladder ladder = ladder_with_a_useless_top();
     EXPECT_THAT(present::step_sentences(ladder, 1),
-                testing::ElementsAre("drag improves on the baseline: BIC falls by 400.",
+                testing::ElementsAre("quadratic_drag improves on the baseline: BIC falls by 400.",
                                      "Y changes by -1.00 %, beta by -40.00 %."));
     EXPECT_THAT(present::step_sentences(ladder, 2),
-                testing::ElementsAre("taper does not improve on baseline + drag: BIC rises by 8."));
-    ladder.models[2].added = {"drag", "taper"};
+                testing::ElementsAre(
+                    "taper does not improve on baseline + quadratic_drag: BIC rises by 8."));
+    ladder.models[2].added = {"quadratic_drag", "taper"};
     ladder.models[2].compared_with = 0;
     EXPECT_THAT(present::step_sentences(ladder, 2).front(),
-                HasSubstr("drag and taper together do not improve on the baseline"));
+                HasSubstr("quadratic_drag and taper together do not improve on the baseline"));
 }
 
 } // namespace

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/adequacy.hpp"
-#include "fit/model/stem_model.hpp"
+#include "fit/chain/stem_model.hpp"
 #include "physics/effects/library.hpp"
 #include "support/parameter_ids.hpp"
 #include "support/simulated_measurement.hpp"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "residuals/residual_structure.hpp"
 
-#include "fit/model/stem_model.hpp"
+#include "fit/chain/stem_model.hpp"
 
 #include <cmath>
 #include <functional>

@@ -2,7 +2,7 @@
 // Measurements made by the chain itself, with noise of known size.
 #pragma once
 
-#include "fit/model/prediction.hpp"
+#include "fit/chain/prediction.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <random>

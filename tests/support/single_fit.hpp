@@ -11,15 +11,15 @@ namespace culm::tests {
 
 /// Fits a single model with exact inputs; its values are the first guess.
 inline fit::Fit fit_exactly(const fit::StemModel& model, const measure::Measurement& measurement,
-                            const fit::SolveOptions& options = {}) {
+                            const fit::FitOptions& options = {}) {
     const fit::ObservedRecording recording(measurement);
-    fit::JointOptions exact{options, {}, {}};
+    fit::JointOptions exact{options};
     exact.with_inputs = false;
     return fit::fit_jointly({&model, 1}, {&recording, 1}, exact);
 }
 inline fit::RecordingFit fit_chain(const fit::StemModel& model,
                                    const measure::Measurement& measurement,
-                                   const fit::SolveOptions& options = {}) {
+                                   const fit::FitOptions& options = {}) {
     return fit_exactly(model, measurement, options).parts.front();
 }
 

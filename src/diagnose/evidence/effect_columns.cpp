@@ -4,7 +4,7 @@
 #include "core/error.hpp"
 #include "core/lanes.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
-#include "fit/model/superposition.hpp"
+#include "fit/chain/superposition.hpp"
 #include "fit/solve/error_solution.hpp"
 #include "fit/start/starts.hpp"
 #include "run/case_model.hpp"

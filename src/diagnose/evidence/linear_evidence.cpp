@@ -17,7 +17,7 @@ using SmallMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, most_columns, most_columns>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, most_columns, 1>;
 
-constexpr std::size_t most_points = 3; ///< from which a fit may begin
+constexpr std::size_t most_points = 2; ///< from which a fit may begin
 
 } // namespace
 

@@ -7,7 +7,6 @@
 #include "fit/linear/scaled_solve.hpp"
 
 #include <map>
-#include <optional>
 #include <span>
 #include <vector>
 

@@ -2,8 +2,8 @@
 // The logarithm of the probability of the readings given a fitted model: the search's score.
 #pragma once
 
-#include "fit/model/stem_model.hpp"
-#include "fit/solve/fit.hpp"
+#include "fit/chain/stem_model.hpp"
+#include "fit/fit.hpp"
 
 #include <span>
 #include <string>

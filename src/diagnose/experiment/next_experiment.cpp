@@ -4,7 +4,7 @@
 #include "core/error.hpp"
 #include "fit/fit_numbers.hpp"
 #include "fit/linear/scaled_solve.hpp"
-#include "fit/model/reading_noise.hpp"
+#include "fit/linear/weighted_system.hpp"
 #include "physics/effects/stem_scales.hpp"
 
 #include <algorithm>
@@ -166,7 +166,7 @@ fit::Fit fit_of(const Rival& rival, std::span<const fit::ObservedRecording> alon
     std::vector<bool> is_held;
     for (const physics::ParameterId& id : model.free_ids())
         is_held.push_back(id.effect == rival.assumed);
-    return fit::fit_with_held(model, alone.front(), is_held, options);
+    return fit::fit_jointly({&model, 1}, alone, {options, is_held});
 }
 
 /// The smallest squared distance, over the noise, between the prediction of `truth` and that of
@@ -186,33 +186,21 @@ double gap(const fit::Fit& first_fit, const fit::Fit& second_fit, const Change& 
         model->spec.sample_interval /= change.rate;
     }
     first.parameters.clear(); // only the other's derivatives are needed
-    const fit::ChainPrediction wanted = fit::predict_readings(first, times, heartbeat);
-    const fit::ChainPrediction offered = fit::predict_readings(second, times, heartbeat);
-    const auto rows = static_cast<Eigen::Index>(wanted.readings.size());
-    const auto count = static_cast<Eigen::Index>(offered.parameters);
-    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(rows, count + 1); // the last is the distance
-    for (std::size_t k = 0; k < wanted.readings.size(); ++k) {
-        const double distance = wanted.readings[k] - offered.readings[k];
-        const Eigen::Map<const Eigen::VectorXd> slope(
-            offered.jacobian.data() + k * offered.parameters, count);
-        if (!std::isfinite(distance) || !slope.allFinite())
-            continue;
-        const auto at = static_cast<Eigen::Index>(k);
-        columns.row(at).head(count) = slope.transpose();
-        columns(at, count) = distance;
-    }
     const NextNoise next = next_noise(truth, change.rate);
-    const fit::ReadingWeights weights(truth.noise, next.model,
-                                      std::vector<bool>(wanted.readings.size(), true));
-    for (Eigen::Index c = 0; c <= count; ++c)
-        weights.apply({columns.col(c).data(), wanted.readings.size()});
-    const Eigen::MatrixXd sums = next.information * columns.transpose() * columns;
+    fit::ObservedRecording wanted;
+    wanted.deflections = fit::predict_readings(first, times, heartbeat).readings;
+    wanted.noise_model = next.model;
+    const fit::ChainPrediction offered = fit::predict_readings(second, times, heartbeat);
+    const std::vector<fit::ErrorTerm> none;
+    const fit::SystemPart part{second, wanted, offered, truth.noise, none};
+    const fit::WeightedSystem system =
+        fit::weighted_system(fit::joint_layout({&second, 1}, {&wanted, 1}), {&part, 1});
     // Least squares of the other model to the first one's prediction, with this recording as prior
     // information: min over θ of |d − J θ|² + θᵀ I θ = |d|² − gᵀ (JᵀJ + I)⁻¹ g, g = Jᵀ d.
-    const Eigen::MatrixXd normal =
-        information_without_release(second_fit) + sums.topLeftCorner(count, count);
-    const Eigen::VectorXd right = sums.col(count).head(count);
-    return std::max(0.0, sums(count, count) -
+    const Eigen::MatrixXd normal = information_without_release(second_fit) +
+                                   next.information * system.jacobian.transpose() * system.jacobian;
+    const Eigen::VectorXd right = next.information * system.jacobian.transpose() * system.residual;
+    return std::max(0.0, next.information * system.residual.squaredNorm() -
                              right.dot(fit::ScaledSpectrum(normal).solve(right).col(0)));
 }
 
@@ -237,7 +225,7 @@ std::vector<Experiment> next_experiments(const std::pair<Rival, Rival>& pair,
     for (std::size_t c = 0; c < changes.size(); ++c)
         if (const auto gap = answers[c])
             experiments.push_back(
-                {changes[c].what, pair.first.fit.names, pair.second.fit.names, *gap});
+                {changes[c].what, pair.first.fit.names(), pair.second.fit.names(), *gap});
     // An experiment no better than a repetition of the present one is not proposed.
     const double again = experiments.empty() ? 0.0 : experiments.front().expected_gap;
     std::erase_if(experiments, [again](const Experiment& experiment) {

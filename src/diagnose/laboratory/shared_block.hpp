@@ -3,7 +3,7 @@
 // complement. Their sum is one Newton step of all stems.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/fit.hpp"
 #include "physics/effects/effect.hpp"
 
 #include <map>

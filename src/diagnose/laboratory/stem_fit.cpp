@@ -6,7 +6,6 @@
 #include "diagnose/planned_model.hpp"
 #include "fit/start/starts.hpp"
 #include "physics/effects/library.hpp"
-#include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -65,16 +64,9 @@ fit::StartModels start_models(const ObservedStem& stem, const fit::SelectedEffec
     fit::Fit wanted = from;
     wanted.effects = effects;
     fit::StartModels models = fit::models_of(wanted, stem.recordings, options);
-    const bool has_new = std::ranges::any_of(
-        effects, [&](const auto& each) { return !fit::contains(from.effects, each); });
-    if (!has_new || models.size() > 1)
-        return models;
-    const fit::StartModels before = fit::models_of(from, stem.recordings, options);
-    const auto modes = run::chain_modes(before.front().spec, 1);
-    const double damping = models.front().spec.stem.bond_damping;
-    if (!modes.empty())
-        fit::keep_first_mode(modes.front(), models.front());
-    models.front().spec.stem.bond_damping = damping;
+    if (models.size() == 1)
+        fit::keep_first_mode(fit::models_of(from, stem.recordings, options).front().spec,
+                             models.front());
     return models;
 }
 
@@ -189,14 +181,12 @@ StemFit fit_stem(const ObservedStem& stem, const StemEffects& effects, const fit
             models = fit::in_valley(
                 [&](double share) { return fit::moved(models, layout, share * change); }, layout);
         }
-        const fit::JointOptions joint{options.solve(), {}, stem.noise};
-        fit = fit::fit_jointly(models, stem.recordings, joint);
+        fit = fit::fit_jointly(models, stem.recordings, {options, {}, stem.noise});
     } catch (const core::NumericalError& error) {
         fit.status = fit::FitStatus::Failed;
         fit.reason = error.what();
     }
     fit.effects = all;
-    fit.names = fit::model_names(fit::in_library_order(all));
     return finished(std::move(fit), stem, effects, options);
 }
 

@@ -23,9 +23,7 @@ double frequency_uncertainty(const RecordingFit& fit, const NoiseModel* model,
     const double duration =
         mode.decay_rate < 0.0 ? std::min(recorded, -1.0 / mode.decay_rate) : recorded;
     const double readings = static_cast<double>(fit.readings) * duration / recorded;
-    double noise = 0.0;
-    for (const double each : fit.noise)
-        noise = noise == 0.0 ? each : std::min(noise, each);
+    double noise = std::ranges::min(fit.noise);
     // Slow noise has less power at a mode's frequency than white noise of its size.
     if (model != nullptr)
         noise *= std::sqrt((1.0 - model->correlation) / (1.0 + model->correlation));
@@ -41,8 +39,7 @@ std::optional<StemModel> finer_chain(const RecordingFit& fit, const NoiseModel* 
     const auto modes = run::chain_modes(coarse, 2);
     if (modes.size() < 2 || coarse.tip_deflection == 0.0)
         return std::nullopt;
-    model.spec = with_spheres(std::move(model.spec), 2 * coarse.stem.sphere_count - 1);
-    keep_first_mode(modes.front(), model);
+    model = with_spheres(std::move(model), 2 * coarse.stem.sphere_count - 1);
     const auto finer_modes = run::chain_modes(model.spec, 2);
     if (finer_modes.size() < 2)
         return std::nullopt;

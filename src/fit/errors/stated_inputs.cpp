@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/errors/stated_inputs.hpp"
 
-#include "fit/model/stem_chain.hpp"
+#include "fit/chain/stem_chain.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,7 +23,6 @@ constexpr double default_scale = 0.005;   // of a length in the picture
 constexpr double default_place = 0.5e-3;  // m, of a sensor
 constexpr double default_share = 0.01;    // of a diameter, a density, a mass
 
-using Get = std::function<double(const run::CaseSpec&)>;
 using Member = std::function<double&(measure::MeasuredStem&)>;
 
 /// The default uncertainty is `otherwise`, or default_share of the value.
@@ -38,32 +37,23 @@ StatedInput input(std::string name, std::string unit, double value, std::optiona
     return out;
 }
 
-/// An input that is a property of the stem. A change divides the chain of the changed stem again.
+/// An input that is a property of the stem, as the error of the stated number. A change divides the
+/// chain of the changed stem again.
 StatedInput stem_input(const measure::MeasuredStem& stem, std::string name, std::string unit,
-                       Member member, std::optional<double> stated, Get get,
+                       Member member, std::optional<double> stated,
                        std::optional<double> otherwise = std::nullopt) {
     measure::MeasuredStem copy = stem;
     StatedInput out = input(std::move(name), std::move(unit), member(copy), stated, otherwise);
     out.number = std::move(member);
-    out.access.id = {{}, out.name, {}};
-    out.access.get = std::move(get);
-    out.access.set = [stem, number = out.number](run::CaseSpec& spec, double value) {
-        measure::MeasuredStem changed = stem;
-        number(changed) = value;
-        set_stem(changed, spec);
-    };
+    out.access = {{{}, out.name, {}},
+                  [](const run::CaseSpec&) { return 0.0; },
+                  [stem, number = out.number](run::CaseSpec& spec, double error) {
+                      measure::MeasuredStem changed = stem;
+                      number(changed) += error;
+                      set_stem(changed, spec);
+                  },
+                  std::abs(out.value)};
     return out;
-}
-
-/// The same for a number to which the mass per length is proportional.
-StatedInput mass_input(const measure::MeasuredStem& stem, std::string name, std::string unit,
-                       Member member, std::optional<double> stated) {
-    measure::MeasuredStem copy = stem;
-    const double mass_per_unit = measure::mass_per_length(stem) / member(copy);
-    return stem_input(stem, std::move(name), std::move(unit), member, stated,
-                      [mass_per_unit](const run::CaseSpec& spec) {
-                          return spec.stem.sphere_mass() / spec.stem.bond_length / mass_per_unit;
-                      });
 }
 
 /// A number of a section of this shape.
@@ -80,42 +70,35 @@ std::vector<StatedInput> section_inputs(const measure::MeasuredStem& stem,
     using measure::GeneralSection;
     using measure::RectangularSection;
     if (std::holds_alternative<RectangularSection>(stem.section))
-        return {mass_input(stem, "section width", "m", of_section(&RectangularSection::width),
+        return {stem_input(stem, "section width", "m", of_section(&RectangularSection::width),
                            stated.section_width),
-                mass_input(stem, "section height", "m", of_section(&RectangularSection::height),
+                stem_input(stem, "section height", "m", of_section(&RectangularSection::height),
                            stated.section_height)};
     if (std::holds_alternative<GeneralSection>(stem.section))
-        return {mass_input(stem, "section area", "m²", of_section(&GeneralSection::area),
+        return {stem_input(stem, "section area", "m²", of_section(&GeneralSection::area),
                            stated.section_area),
-                stem_input(
-                    stem, "second moment of area", "m⁴", of_section(&GeneralSection::second_moment),
-                    stated.second_moment,
-                    [](const run::CaseSpec& spec) { return spec.stem.second_moment_of_area(); })};
+                stem_input(stem, "second moment of area", "m⁴",
+                           of_section(&GeneralSection::second_moment), stated.second_moment)};
     std::vector<StatedInput> inputs{
-        stem_input(stem, "diameter", "m", of_section(&CircularSection::diameter), stated.diameter,
-                   [](const run::CaseSpec& spec) { return spec.stem.bond_outer_diameter; })};
+        stem_input(stem, "diameter", "m", of_section(&CircularSection::diameter), stated.diameter)};
     if (std::get<CircularSection>(stem.section).wall)
         inputs.push_back(stem_input(
             stem, "wall", "m",
             [](measure::MeasuredStem& its) -> double& {
                 return *std::get<CircularSection>(its.section).wall;
             },
-            stated.wall,
-            [](const run::CaseSpec& spec) {
-                return 0.5 * (spec.stem.bond_outer_diameter - spec.stem.bond_inner_diameter);
-            }));
+            stated.wall));
     return inputs;
 }
 
 void add_stem(const measure::Measurement& measurement, std::vector<StatedInput>& inputs) {
     const measure::MeasuredStem& stem = measurement.stem;
     const measure::StatedUncertainties& stated = measurement.uncertainties;
-    inputs.push_back(stem_input(
-        stem, "length", "m", &measure::MeasuredStem::length, stated.length,
-        [](const run::CaseSpec& spec) { return spec.stem.free_length(); }, default_length));
+    inputs.push_back(stem_input(stem, "length", "m", &measure::MeasuredStem::length, stated.length,
+                                default_length));
     std::ranges::move(section_inputs(stem, stated), std::back_inserter(inputs));
     inputs.push_back(
-        mass_input(stem, "density", "kg/m³", &measure::MeasuredStem::density, stated.density));
+        stem_input(stem, "density", "kg/m³", &measure::MeasuredStem::density, stated.density));
     for (std::size_t k = 0; k < stem.added_masses.size(); ++k) {
         const measure::AddedMass& added = stem.added_masses[k];
         // A balance resolves half a digit at best, and a mass of many digits was computed.
@@ -123,7 +106,6 @@ void add_stem(const measure::Measurement& measurement, std::vector<StatedInput>&
             stem, fmt::format("mass at {:.6g} mm", 1e3 * added.height), "kg",
             [k](measure::MeasuredStem& its) -> double& { return its.added_masses[k].mass; },
             added.mass_uncertainty,
-            [k](const run::CaseSpec& spec) { return spec.added_masses[k].mass; },
             std::max(default_share * added.mass, 0.5 * added.mass_last_digit)));
     }
 }

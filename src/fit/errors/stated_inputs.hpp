@@ -28,7 +28,7 @@ enum class InputActs {
 /// A measured quantity that the model takes as a number. SI units.
 struct StatedInput {
     InputActs acts = InputActs::OnChain;
-    /// The number in the stem, and in a fitted case; of one that acts on the chain.
+    /// The number in the stem, and its error in a fitted case; of one that acts on the chain.
     std::function<double&(measure::MeasuredStem&)> number;
     run::CaseParameter access;
     std::string name; ///< "length", "mass at 156 mm"

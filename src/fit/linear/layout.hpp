@@ -2,8 +2,8 @@
 // Free parameters that several models share, and what readings determine of them.
 #pragma once
 
-#include "fit/model/observed_recording.hpp"
-#include "fit/model/stem_model.hpp"
+#include "fit/chain/observed_recording.hpp"
+#include "fit/chain/stem_model.hpp"
 
 #include <cstddef>
 #include <span>

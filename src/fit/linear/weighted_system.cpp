@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/linear/weighted_system.hpp"
 
-#include "fit/model/reading_noise.hpp"
+#include "fit/noise/whitening.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -11,9 +11,9 @@
 // row.
 #pragma once
 
+#include "fit/chain/observed_recording.hpp"
+#include "fit/chain/stem_model.hpp"
 #include "fit/linear/layout.hpp"
-#include "fit/model/observed_recording.hpp"
-#include "fit/model/stem_model.hpp"
 
 #include <optional>
 #include <span>

@@ -2,6 +2,8 @@
 #include "fit/noise/in_motion.hpp"
 
 #include "core/order_statistics.hpp"
+#include "fit/noise/at_rest.hpp"
+#include "fit/noise/noise_laws.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "run/modes.hpp"
 

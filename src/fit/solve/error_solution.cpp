@@ -9,7 +9,6 @@
 #include <optional>
 #include <ranges>
 #include <string>
-#include <tuple>
 #include <utility>
 
 namespace culm::fit {
@@ -93,11 +92,10 @@ class ErrorSolution {
     // far along a valley; only the terms move the parameters.
     void add_normal_equations() {
         const Eigen::MatrixXd& jacobian = fit_.system.jacobian;
-        const StartModels models = start_from(fit_);
+        const auto [lower, upper] = limits_of(start_from(fit_), Eigen::VectorXd::Zero(count_));
         std::vector<Eigen::Index> free;
         for (Eigen::Index k = 0; k < count_ && !has_factors_; ++k)
-            if (const auto [lower, upper] = limits_of(models, k);
-                !fit_.parameters[static_cast<std::size_t>(k)].is_at_bound && lower < upper)
+            if (!fit_.parameters[static_cast<std::size_t>(k)].is_at_bound && lower(k) < upper(k))
                 free.push_back(k);
         information_ = jacobian.transpose() * jacobian;
         gradient_ = jacobian.transpose() *
@@ -113,13 +111,6 @@ class ErrorSolution {
         left_ = fit_.system.residual - jacobian * change_;
     }
 
-    /// Limits of the change of a parameter or a fitted term.
-    [[nodiscard]] std::pair<double, double> limits_of(const StartModels& models,
-                                                      Eigen::Index k) const {
-        const auto place = static_cast<std::size_t>(k);
-        return is_held_[place] ? std::pair(0.0, 0.0) : bounds_of(models, layout_.owners[place]);
-    }
-
     /// Limits of the changes of all columns, of which `change` was made before.
     [[nodiscard]] std::pair<Eigen::VectorXd, Eigen::VectorXd>
     limits_of(const StartModels& models, const Eigen::VectorXd& change) const {
@@ -127,8 +118,12 @@ class ErrorSolution {
         const double largest = has_factors_ ? no_limit : limit_;
         Eigen::VectorXd lower = -change.array() - largest;
         Eigen::VectorXd upper = -change.array() + largest;
+        const auto [lowest, highest] = bounds_of(models, layout_);
+        lower.head(count_) = lowest;
+        upper.head(count_) = highest;
         for (Eigen::Index k = 0; k < count_; ++k)
-            std::tie(lower(k), upper(k)) = limits_of(models, k);
+            if (is_held_[static_cast<std::size_t>(k)])
+                lower(k) = upper(k) = 0.0;
         return {lower, upper};
     }
 

@@ -43,10 +43,4 @@ std::vector<std::vector<double>> times_of(const Fit& fit) {
     return times;
 }
 
-FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat) {
-    if (heartbeat)
-        options.heartbeat = heartbeat;
-    return options;
-}
-
 } // namespace culm::fit

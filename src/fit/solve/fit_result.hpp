@@ -21,14 +21,11 @@
 // solution takes that back.
 #pragma once
 
-#include "fit/model/reading_noise.hpp"
 #include "fit/solve/solution.hpp"
 
 #include <algorithm>
 #include <cstddef>
-#include <limits>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -145,8 +142,7 @@ void fields(Wire& wire, RecordingMisfit& misfit) {
 /// acts on the stem; a parameter that belongs to one recording (belongs_to_recording) has a value
 /// for each. SI units.
 struct Fit {
-    SelectedEffects effects;        ///< in addition to the published chain
-    std::vector<std::string> names; ///< "baseline" and the effects, in the library's order
+    SelectedEffects effects; ///< in addition to the published chain
     FitStatus status = FitStatus::Failed;
     std::string reason; ///< why it failed, or the parameters at a bound
 
@@ -173,6 +169,10 @@ struct Fit {
     double own_weighted_rms =
         0.0; ///< the same with the noise that an unknown one was found to have
 
+    /// "baseline" and the effects, in the library's order.
+    [[nodiscard]] std::vector<std::string> names() const {
+        return model_names(in_library_order(effects));
+    }
     [[nodiscard]] bool failed() const { return status == FitStatus::Failed; }
     [[nodiscard]] bool moves() const { return status != FitStatus::Motionless; }
     /// Were its parameters fitted?
@@ -190,22 +190,5 @@ struct Fit {
 [[nodiscard]] StartModels start_from(const Fit& fit);
 /// The times of its frames, (recordings), s.
 [[nodiscard]] std::vector<std::vector<double>> times_of(const Fit& fit);
-
-/// The chain, the frames and the heartbeat of a fit.
-struct FitOptions {
-    ChainOptions chain;
-    std::optional<double> window; ///< only frames up to here, s after the release; empty: all
-    run::Heartbeat heartbeat;
-    bool with_inputs = true; ///< the linear solution has terms of stated inputs and second mode
-    /// As SolveOptions::largest_start.
-    double largest_start = std::numeric_limits<double>::infinity();
-
-    [[nodiscard]] SolveOptions solve() const {
-        return {.window = window, .largest_start = largest_start, .heartbeat = heartbeat};
-    }
-};
-
-/// `options` with this heartbeat, or unchanged if it is empty.
-[[nodiscard]] FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat);
 
 } // namespace culm::fit

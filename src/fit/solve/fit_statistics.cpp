@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <string>
+#include <tuple>
 
 #include <fmt/core.h>
 
@@ -15,45 +15,40 @@ namespace {
 constexpr double nearness = 1e-6;
 constexpr double rounding = 1e-12; ///< likewise of its range, which may span many decades
 
-bool is_near(const FreeParameter& parameter, double value, double bound) {
+bool is_near(const FittedParameter& parameter, double bound) {
     switch (parameter.fitted_as) {
     case physics::FittedAs::Logarithm:
-        return std::abs(std::log(value / bound)) < nearness;
+        return std::abs(std::log(parameter.value / bound)) < nearness;
     case physics::FittedAs::Inverse:
-        return std::abs(1.0 / value - 1.0 / bound) < nearness / parameter.lower;
+        return std::abs(1.0 / parameter.value - 1.0 / bound) < nearness / parameter.lower;
     case physics::FittedAs::Itself:
         break;
     }
     const double range = parameter.upper - parameter.lower;
-    const double distance = std::abs(value - bound);
+    const double distance = std::abs(parameter.value - bound);
     return distance < rounding * range ||
-           distance < nearness * std::min(range, std::max(std::abs(value), std::abs(bound)));
+           distance <
+               nearness * std::min(range, std::max(std::abs(parameter.value), std::abs(bound)));
 }
 
 void add_part_parameters(RecordingFit& fit) {
-    for (const FreeParameter& parameter : fit.model.parameters) {
-        const double value = parameter.access.get(fit.model.spec);
-        const bool at_bound = is_near(parameter, value, parameter.lower) ||
-                              is_near(parameter, value, parameter.upper);
-        fit.parameters.push_back({parameter.access.id, parameter.unit, value, 0.0, at_bound,
-                                  parameter.lower, parameter.upper, parameter.fitted_as,
-                                  parameter.is_place, parameter.absent});
-    }
-    if (const double bound = fit.model.release_time_bound; bound > 0.0) {
-        const double expected = fit.model.expected_release;
-        fit.parameters.push_back(
-            {physics::release_time, "s", fit.model.release_time, 0.0,
-             bound - std::abs(fit.model.release_time - expected) < nearness * bound,
-             expected - bound, expected + bound});
-    }
     const std::vector<physics::ParameterId> ids = fit.model.free_ids();
-    for (std::size_t k = fit.model.first_error(); k < ids.size(); ++k) {
-        FittedParameter& error = fit.parameters.emplace_back();
-        error.id = ids[k];
-        error.value = fit.model.value(k);
-        error.lower = -std::numeric_limits<double>::infinity();
-        error.upper = std::numeric_limits<double>::infinity();
-        error.is_error = true;
+    for (std::size_t k = 0; k < ids.size(); ++k) {
+        FittedParameter& out = fit.parameters.emplace_back();
+        out.id = ids[k];
+        out.value = fit.model.value(k);
+        out.fitted_as = fit.model.fitted_as(k);
+        std::tie(out.lower, out.upper) = fit.model.bounds(k);
+        out.is_error = fit.model.is_error(k);
+        out.is_at_bound = !out.is_error && (is_near(out, out.lower) || is_near(out, out.upper));
+        if (k < fit.model.parameters.size()) {
+            const FreeParameter& described = fit.model.parameters[k];
+            out.unit = described.unit;
+            out.is_place = described.is_place;
+            out.absent = described.absent;
+        } else if (!out.is_error) {
+            out.unit = "s";
+        }
     }
 }
 
@@ -67,7 +62,8 @@ void say_bounds(const std::vector<FittedParameter>& parameters, const std::vecto
                                   parameter.id.in_one_model() == physics::release_time
                                       ? " (time 0 is not the release: state its uncertainty, "
                                         "[release] time_uncertainty_ms, or let the fit begin later "
-                                        "with kind = \"moving\" and start_s)"
+                                        "with kind = \"moving\" and start_s), or the model "
+                                        "lacks an effect (culm diagnose)"
                                       : "");
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/solve/residual_statistics.hpp"
 
+#include "fit/noise/whitening.hpp"
 #include "reduce/distributions.hpp"
 
 #include <algorithm>
@@ -188,10 +189,6 @@ SpatialPattern spatial_pattern(const Eigen::MatrixXd& whitened) {
     const double width = root * std::cbrt(1.0 / std::sqrt(n - 1.0) + 1.0 / std::sqrt(m));
     pattern.p_value = tracy_widom_tail((pattern.share * n * m - centre) / width);
     return pattern;
-}
-
-double chi_squared_tail(double value, double degrees_of_freedom) {
-    return value <= 0.0 ? 1.0 : boost::math::gamma_q(0.5 * degrees_of_freedom, 0.5 * value);
 }
 
 } // namespace culm::fit

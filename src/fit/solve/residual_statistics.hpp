@@ -2,7 +2,7 @@
 // Residuals of a fit by height, time and amplitude, and how far they are correlated.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/fit.hpp"
 
 #include <cstddef>
 #include <vector>
@@ -60,8 +60,5 @@ struct SpatialPattern {
 /// size: Johnstone's (2001) centring and scaling, and the Tracy-Widom law of order 1 as a shifted
 /// gamma distribution (Chiani 2014), accurate to 1e-3. Needs two rows or more.
 [[nodiscard]] SpatialPattern spatial_pattern(const Eigen::MatrixXd& whitened);
-
-/// P(χ² ≥ value) for any positive number of degrees of freedom.
-[[nodiscard]] double chi_squared_tail(double value, double degrees_of_freedom);
 
 } // namespace culm::fit

@@ -21,38 +21,27 @@ namespace {
 /// last step is nearer to the minimum than that by the convergence of Gauss-Newton steps.
 constexpr double improvement = 0.1;
 constexpr double noise_of_runs = 0.2;
-constexpr std::array shares{1.0, 0.3, 0.1};          ///< of a step
-constexpr std::array shorter_shares{0.3, 0.1, 0.03}; ///< of one that failed
+constexpr double largest_excess = 10.0; ///< of χ² at a start over that at the safe one
+/// Levenberg's, over the diagonal of the information; side by side.
+constexpr std::array dampings{1e-6, 1e-4, 1e-3, 1e-2};
+constexpr std::array curved_shares{0.5, 1.0, 2.0, 4.0}; ///< of a damped step, along its curvature
+constexpr double more_damping = 1e4;                    ///< after a vain trial
 constexpr double rough_gain = 0.5; ///< of the promise; a lower gain is that of a curved valley
 /// A valley in which steps gain less than this share of their promise, and less than one standard
 /// error of a parameter changes, leads nowhere.
 constexpr double vain_gain = 0.02;
-constexpr std::array curved_shares{1.0, 0.6, 0.35, 0.2}; ///< likewise, along its curvature
-constexpr double first_damping = 1e-3;                   ///< over the diagonal of the information
-constexpr double more_damping = 30.0;
-constexpr double shorter_steps = 0.03; ///< after a vain trial
-constexpr int most_vain_trials = 3;
+constexpr int most_vain_trials = 2;
 
 constexpr double slope_share = 1e-3; ///< of a step, for its slope
 constexpr int corrections = 3;       ///< f² is nearly a straight line in Y
 constexpr double largest_correction = 2.0;
 
-/// Changes free parameter `k` by a change of its coordinate, as far as the bounds allow.
+/// Changes free number `k` by a change of its coordinate, as far as the bounds allow.
 void move(StemModel& model, std::size_t k, double change) {
-    if (model.is_error(k)) {
-        model.set_value(k, model.value(k) + change);
-        return;
-    }
-    if (k >= model.parameters.size()) {
-        model.release_time = std::clamp(model.release_time + change,
-                                        model.expected_release - model.release_time_bound,
-                                        model.expected_release + model.release_time_bound);
-        return;
-    }
-    const FreeParameter& parameter = model.parameters[k];
-    const double at = to_coordinate(parameter.fitted_as, parameter.access.get(model.spec)) + change;
-    parameter.access.set(model.spec, std::clamp(from_coordinate(parameter.fitted_as, at),
-                                                parameter.lower, parameter.upper));
+    const physics::FittedAs as = model.fitted_as(k);
+    const auto [lower, upper] = model.bounds(k);
+    const double to = from_coordinate(as, to_coordinate(as, model.value(k)) + change);
+    model.set_value(k, std::clamp(to, lower, upper));
 }
 
 /// The models at one point, with everything that one run of each recording gives.
@@ -79,12 +68,12 @@ struct Trial {
 
 class LeastSquares {
   public:
-    LeastSquares(const JointProblem& problem, const std::vector<double>& last_times)
-        : problem_(problem) {
-        for (std::size_t m = 0; m < problem.measurements.size(); ++m) {
-            const std::vector<double>& all = problem.measurements[m].times;
-            times_.emplace_back(all.begin(), std::ranges::upper_bound(all, last_times[m]));
-        }
+    explicit LeastSquares(const JointProblem& problem) : problem_(problem) {
+        const double last =
+            problem.options.window.value_or(std::numeric_limits<double>::infinity());
+        for (const ObservedRecording& recording : problem.measurements)
+            times_.emplace_back(recording.times.begin(),
+                                std::ranges::upper_bound(recording.times, last));
         for (std::size_t k = 0; k < problem.layout.ids.size(); ++k)
             if (!problem.is_held[k])
                 free_.push_back(static_cast<Eigen::Index>(k));
@@ -108,17 +97,12 @@ class LeastSquares {
         return point;
     }
 
-    [[nodiscard]] Step step(const Point& point, double damping) const {
-        const auto count = static_cast<Eigen::Index>(free_.size());
-        Eigen::VectorXd lower(count);
-        Eigen::VectorXd upper(count);
-        for (Eigen::Index k = 0; k < count; ++k)
-            std::tie(lower(k), upper(k)) =
-                bounds_of(point.models, problem_.layout.owners[static_cast<std::size_t>(
-                                            free_[static_cast<std::size_t>(k)])]);
+    [[nodiscard]] Step step(const Point& point, double damping = 0.0) const {
+        const auto [lower, upper] = bounds_of(point.models, problem_.layout);
         Eigen::MatrixXd damped = point.information;
         damped.diagonal() *= 1.0 + damping;
-        const Eigen::VectorXd change = bounded_minimum(damped, point.gradient, lower, upper);
+        const Eigen::VectorXd change =
+            bounded_minimum(damped, point.gradient, lower(free_), upper(free_));
         Step out{Eigen::VectorXd::Zero(static_cast<Eigen::Index>(problem_.layout.ids.size())),
                  2.0 * point.gradient.dot(change) - change.dot(point.information * change)};
         out.change(free_) = change;
@@ -127,10 +111,9 @@ class LeastSquares {
 
     /// Does the step move a parameter away from its bound?
     [[nodiscard]] bool leaves_bound(const Step& step, const Point& point) const {
-        return std::ranges::any_of(free_, [&](Eigen::Index k) {
-            const auto [lower, upper] =
-                bounds_of(point.models, problem_.layout.owners[static_cast<std::size_t>(k)]);
-            return step.change(k) != 0.0 && (lower == 0.0 || upper == 0.0);
+        const auto [lower, upper] = bounds_of(point.models, problem_.layout);
+        return std::ranges::any_of(free_, [&, &low = lower, &high = upper](Eigen::Index k) {
+            return step.change(k) != 0.0 && (low(k) == 0.0 || high(k) == 0.0);
         });
     }
 
@@ -177,11 +160,13 @@ class LeastSquares {
         return out;
     }
 
-    /// The start of the smallest residual. Where a start is too far for a chain, the next may do.
+    /// The start of the smallest residual, or the last one. Where a start is too far for a chain,
+    /// the next may do.
     [[nodiscard]] StartModels best_of(std::span<const StartModels> starts) {
         while (true)
             try {
                 std::vector<Trial> trials = run(std::vector(starts.begin(), starts.end()));
+                trials.back().cost *= largest_excess;
                 return std::move(std::ranges::min_element(trials, {}, &Trial::cost)->models);
             } catch (const core::NumericalError&) {
                 if (starts.size() == 1)
@@ -190,62 +175,46 @@ class LeastSquares {
             }
     }
 
-    /// The second-order part a of a step δ, of which a share was tried: it missed its linear
-    /// prediction by d, and J a = d/share². The path α δ + α² a follows a curved valley
-    /// (Transtrum & Sethna 2012).
-    [[nodiscard]] Eigen::VectorXd curvature(const Point& point, const Step& step, double share,
+    /// The second-order part a of a step δ whose end missed its linear prediction by d: J a = d.
+    /// The path α δ + α² a follows a curved valley (Transtrum & Sethna 2012).
+    [[nodiscard]] Eigen::VectorXd curvature(const Point& point, const Eigen::VectorXd& change,
                                             const Trial& trial) const {
         const Eigen::VectorXd missed =
-            trial.residual - (point.residual - share * (point.jacobian * step.change(free_)));
-        Eigen::VectorXd out = Eigen::VectorXd::Zero(step.change.size());
+            trial.residual - (point.residual - point.jacobian * change(free_));
+        Eigen::VectorXd out = Eigen::VectorXd::Zero(change.size());
         out(free_) =
-            ScaledSpectrum(point.information).solve(point.jacobian.transpose() * missed).col(0) /
-            (share * share);
+            ScaledSpectrum(point.information).solve(point.jacobian.transpose() * missed).col(0);
         return out;
     }
 
-    /// The best of parts of a step, a damped and curved steps.
-    [[nodiscard]] Trial best_part(const Point& point, const Step& step,
-                                  std::span<const double> parts, double factor, double damping) {
+    /// The best end of damped steps, and of paths along the curvature of the best one.
+    [[nodiscard]] Trial best_damped(const Point& point, double factor) {
         std::vector<Step> steps;
-        for (const double part : parts)
-            steps.push_back({factor * part * step.change, 0.0});
-        steps.push_back(this->step(point, damping));
+        for (const double damping : dampings)
+            steps.push_back(step(point, factor * damping));
         std::vector<Trial> trials = tried(point, steps);
-        if (parts.front() < 1.0 || !is_gain(point, step, trials.front().cost)) {
-            const Eigen::VectorXd curve = curvature(point, step, factor * parts[1], trials[1]);
-            steps.clear();
-            for (const double share : curved_shares)
-                steps.push_back(
-                    {factor * share * step.change + factor * factor * share * share * curve, 0.0});
-            std::ranges::move(tried(point, steps), std::back_inserter(trials));
-        }
+        const auto best = std::ranges::min_element(trials, {}, &Trial::cost);
+        const Eigen::VectorXd way = steps[static_cast<std::size_t>(best - trials.begin())].change;
+        const Eigen::VectorXd curve = curvature(point, way, *best);
+        steps.clear();
+        for (const double share : curved_shares)
+            steps.push_back({share * way + share * share * curve, 0.0});
+        std::ranges::move(tried(point, steps), std::back_inserter(trials));
         return std::move(*std::ranges::min_element(trials, {}, &Trial::cost));
     }
 
-    /// Does a point of that cost gain most of what the step promised?
-    [[nodiscard]] static bool is_gain(const Point& point, const Step& step, double cost) {
-        return point.cost - cost > rough_gain * step.promised;
-    }
-
-    /// Moves the point by a part of a step; false if that gains less than `least`.
-    [[nodiscard]] bool take_part(Point& point, const Step& step, bool has_failed, double least) {
+    /// Moves the point by a damped step; false if that gains less than `least`.
+    [[nodiscard]] bool take_damped(Point& point, double least) {
         double factor = 1.0;
-        double damping = first_damping;
-        for (int vain = 0; vain < most_vain_trials; ++vain) {
+        for (int vain = 0; vain < most_vain_trials; ++vain, factor *= more_damping)
             try {
-                Trial best =
-                    best_part(point, step, has_failed ? shorter_shares : shares, factor, damping);
-                if (best.cost < point.cost) {
-                    const double gain = point.cost - best.cost;
+                Trial best = best_damped(point, factor);
+                if (const double gain = point.cost - best.cost; gain > 0.0) {
                     point = at(std::move(best.models));
                     return gain > least;
                 }
             } catch (const core::NumericalError&) {
             }
-            factor *= shorter_steps;
-            damping *= more_damping;
-        }
         return false;
     }
 
@@ -293,7 +262,7 @@ void iterate(LeastSquares& problem, int most, Point& point, bool& has_converged,
     bool is_rough = false;
     for (int iteration = 0; iteration < most; ++iteration) {
         const double unit = point.cost / readings;
-        const Step step = problem.step(point, 0.0);
+        const Step step = problem.step(point);
         has_converged = true;
         if (!(step.promised > improvement * unit))
             return;
@@ -316,8 +285,7 @@ void iterate(LeastSquares& problem, int most, Point& point, bool& has_converged,
             } catch (const core::NumericalError&) {
                 has_failed = true;
             }
-        if ((is_rough || has_failed) &&
-            !problem.take_part(point, step, has_failed, improvement * unit))
+        if ((is_rough || has_failed) && !problem.take_damped(point, improvement * unit))
             return; // the rest of the promise is an error of the derivatives
         const double gained = before - point.cost;
         is_rough = gained < rough_gain * step.promised;
@@ -350,6 +318,12 @@ double decay_per_beta(StartModels models) {
 
 } // namespace
 
+FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat) {
+    if (heartbeat)
+        options.heartbeat = heartbeat;
+    return options;
+}
+
 std::vector<std::vector<ChainPrediction>> predict_runs(const std::vector<StartModels>& runs,
                                                        std::span<const std::vector<double>> times,
                                                        const run::Heartbeat& heartbeat,
@@ -368,19 +342,19 @@ std::vector<std::vector<ChainPrediction>> predict_runs(const std::vector<StartMo
     return predictions;
 }
 
-std::pair<double, double> bounds_of(const StartModels& models, const JointLayout::Owner& owner) {
-    constexpr double none = std::numeric_limits<double>::infinity();
-    const StemModel& model = models[owner.model];
-    const double value = model.value(owner.parameter);
-    if (model.is_error(owner.parameter))
-        return {-none, none};
-    if (owner.parameter >= model.parameters.size())
-        return {model.expected_release - model.release_time_bound - value,
-                model.expected_release + model.release_time_bound - value};
-    const FreeParameter& parameter = model.parameters[owner.parameter];
-    const double at = to_coordinate(parameter.fitted_as, value);
-    return std::minmax({to_coordinate(parameter.fitted_as, parameter.lower) - at,
-                        to_coordinate(parameter.fitted_as, parameter.upper) - at});
+std::pair<Eigen::VectorXd, Eigen::VectorXd> bounds_of(const StartModels& models,
+                                                      const JointLayout& layout) {
+    Eigen::VectorXd lowest(std::ssize(layout.owners));
+    Eigen::VectorXd highest(lowest.size());
+    for (Eigen::Index k = 0; k < lowest.size(); ++k) {
+        const auto [m, parameter] = layout.owners[static_cast<std::size_t>(k)];
+        const physics::FittedAs as = models[m].fitted_as(parameter);
+        const auto [lower, upper] = models[m].bounds(parameter);
+        const double at = to_coordinate(as, models[m].value(parameter));
+        std::tie(lowest(k), highest(k)) =
+            std::minmax({to_coordinate(as, lower) - at, to_coordinate(as, upper) - at});
+    }
+    return {std::move(lowest), std::move(highest)};
 }
 
 StartModels moved(StartModels models, const JointLayout& layout, const Eigen::VectorXd& change) {
@@ -421,27 +395,18 @@ StartModels in_valley(const std::function<StartModels(double)>& at, const JointL
 }
 
 JointSolution solve(const JointProblem& problem, const std::vector<StartModels>& starts,
-                    const std::vector<double>& last_times,
                     std::vector<ChainPrediction> predictions) {
-    LeastSquares equations(problem, last_times);
+    LeastSquares equations(problem);
     if (equations.readings() == 0)
-        throw core::NumericalError(
-            core::FailureKind::FitFailed,
-            fmt::format("no reading lies within the first {:.3g} s after time 0, where the fit "
-                        "begins: time 0 is not the release",
-                        std::ranges::max(last_times)));
+        throw core::NumericalError(core::FailureKind::FitFailed,
+                                   "no reading lies within the window of the fit");
     Point point = equations.at(starts.size() > 1 ? equations.best_of(starts) : starts.front(),
                                std::move(predictions));
-    if (const double rms = std::sqrt(point.cost / double(equations.readings()));
-        rms > problem.options.largest_start)
-        throw core::NumericalError(
-            core::FailureKind::FitFailed,
-            fmt::format("the start is too far from the readings ({:.3g} times the noise)", rms));
     bool has_converged = false;
     std::string message;
     iterate(equations, problem.options.largest_iterations, point, has_converged, message);
     if (has_converged) {
-        const Step last = equations.step(point, 0.0);
+        const Step last = equations.step(point);
         if (last.promised < improvement * point.cost / double(equations.readings()) &&
             !equations.leaves_bound(last, point))
             equations.take_linear(last, point);

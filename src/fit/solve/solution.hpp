@@ -2,9 +2,9 @@
 // One least-squares solution over given windows of the recordings.
 //
 // Gauss-Newton steps on the weighted system, in the coordinates of the parameters and within their
-// bounds. A full step is tried first. If it fails, parts of it, a damped step (Levenberg and
-// Marquardt) and steps along its curvature are computed side by side in lanes, and the best is
-// taken.
+// bounds. A full step is tried first. If it fails, damped steps (Levenberg and Marquardt) and then
+// paths along the curvature of the best of them are computed side by side in lanes, and the best
+// end is taken.
 //
 // The solution ends where the next step promises, or the last one gained, less than 0.1 of what one
 // standard error of a parameter changes.
@@ -22,8 +22,8 @@
 // of 1e-5: along a valley, where large columns cancel, they promise gains that do not exist.
 #pragma once
 
+#include "fit/chain/prediction.hpp"
 #include "fit/linear/weighted_system.hpp"
-#include "fit/model/prediction.hpp"
 
 #include <functional>
 #include <limits>
@@ -38,14 +38,18 @@ namespace culm::fit {
 /// One model for each recording.
 using StartModels = std::vector<StemModel>;
 
-struct SolveOptions {
-    /// Only frames up to here, s after the release; empty: all. Frames before the release are used.
+struct FitOptions {
+    ChainOptions chain;
+    /// Only frames up to here, s after each recording's release; empty: all. Frames before the
+    /// release are used.
     std::optional<double> window;
-    int largest_iterations = 50;
-    /// Weighted rms residual above which a start is refused.
-    double largest_start = std::numeric_limits<double>::infinity();
     run::Heartbeat heartbeat;
+    bool with_inputs = true; ///< the linear solution has terms of stated inputs and second mode
+    int largest_iterations = 50;
 };
+
+/// `options` with this heartbeat, or unchanged if it is empty.
+[[nodiscard]] FitOptions with_heartbeat(FitOptions options, const run::Heartbeat& heartbeat);
 
 struct JointSolution {
     StartModels models;
@@ -63,7 +67,7 @@ struct JointProblem {
     const JointLayout& layout;
     const std::vector<std::vector<double>>& noise; ///< (recordings)(rows), m
     const std::vector<bool>& is_held;              ///< (joint parameters)
-    const SolveOptions& options;
+    const FitOptions& options;
 };
 
 /// Predicted readings of several runs, each with one model for each recording, (runs)(recordings).
@@ -73,16 +77,16 @@ struct JointProblem {
 predict_runs(const std::vector<StartModels>& runs, std::span<const std::vector<double>> times,
              const run::Heartbeat& heartbeat, int& batches);
 
-/// Bounds of the change of a joint parameter's coordinate.
-[[nodiscard]] std::pair<double, double> bounds_of(const StartModels& models,
-                                                  const JointLayout::Owner& owner);
+/// Lowest and highest changes of the joint parameters' coordinates.
+[[nodiscard]] std::pair<Eigen::VectorXd, Eigen::VectorXd> bounds_of(const StartModels& models,
+                                                                    const JointLayout& layout);
 
-/// Solves for frames up to `last_times` (recordings), from the best of the starts, which are run
-/// side by side. The `predictions` are those of a single start; empty: to be computed. Throws
-/// core::NumericalError if a chain cannot be computed at the start, or if the start is refused.
+/// Solves from the best of the starts, which are run side by side. The last start is safe: another
+/// one may have a larger residual and still be nearer to the solution, but not if its χ² is ten
+/// times as large. The `predictions` are those of a single start; empty: to be computed. Throws
+/// core::NumericalError if a chain cannot be computed at the start.
 [[nodiscard]] JointSolution solve(const JointProblem& problem,
                                   const std::vector<StartModels>& starts,
-                                  const std::vector<double>& last_times,
                                   std::vector<ChainPrediction> predictions = {});
 
 /// The models after this change of the joint parameters' coordinates, each within its bounds.

@@ -2,16 +2,15 @@
 #include "fit/start/coarse_chain.hpp"
 
 #include "core/error.hpp"
-#include "fit/model/prediction.hpp"
-#include "fit/model/reading_noise.hpp"
-#include "run/modes.hpp"
+#include "fit/chain/prediction.hpp"
+#include "fit/linear/scaled_solve.hpp"
+#include "fit/linear/weighted_system.hpp"
+#include "fit/noise/at_rest.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
-
-#include <Eigen/QR>
 
 namespace culm::fit {
 namespace {
@@ -20,41 +19,21 @@ constexpr std::array numbers_of_spheres{14, 20, 28};
 constexpr double likely_error = 1.0 / 3.0; ///< of y₂ − y₁
 constexpr double small_error = 0.2;        ///< of the noise
 
-/// A chain with other bonds and the same first mode, without free parameters.
-StemModel divided(StemModel model, int spheres) {
-    const auto modes = run::chain_modes(model.spec, 1);
-    model.spec = with_spheres(std::move(model.spec), spheres);
-    if (!modes.empty())
-        keep_first_mode(modes.front(), model);
-    return model;
-}
-
 /// Rms over the readings of the error that remains, over the noise.
 double remaining_error(const StemModel& coarse, const measure::Measurement& recording,
                        const std::vector<double>& noise, const run::Heartbeat& heartbeat) {
-    StemModel fine = divided(coarse, 2 * coarse.spec.stem.sphere_count - 1);
+    StemModel fine = with_spheres(coarse, 2 * coarse.spec.stem.sphere_count - 1);
     fine.parameters.clear();
     fine.release_time_bound = 0.0;
-    const ChainPrediction one = predict_readings(coarse, recording.times, heartbeat);
-    const ChainPrediction two = predict_readings(fine, recording.times, heartbeat);
-    const auto count = static_cast<Eigen::Index>(one.readings.size());
-    const auto parameters = static_cast<Eigen::Index>(one.parameters);
-    Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(count, parameters);
-    Eigen::VectorXd error = Eigen::VectorXd::Zero(count);
-    for (Eigen::Index k = 0; k < count; ++k) {
-        const auto at = static_cast<std::size_t>(k);
-        const double scale = 1.0 / noise[at % one.rows];
-        const Eigen::Map<const Eigen::VectorXd> slope(one.jacobian.data() + at * one.parameters,
-                                                      parameters);
-        const double change = likely_error * (two.readings[at] - one.readings[at]) * scale;
-        if (!std::isfinite(change) || !slope.allFinite())
-            continue;
-        error[k] = change;
-        columns.row(k) = scale * slope.transpose();
-    }
-    columns.colwise().normalize(); // their units differ by orders of magnitude
-    const Eigen::VectorXd left = error - columns * columns.colPivHouseholderQr().solve(error);
-    return std::sqrt(left.squaredNorm() / static_cast<double>(std::max<Eigen::Index>(count, 1)));
+    ObservedRecording finer(recording);
+    finer.deflections = predict_readings(fine, recording.times, heartbeat).readings;
+    const ChainPrediction own = predict_readings(coarse, recording.times, heartbeat);
+    const std::vector<ErrorTerm> none;
+    const SystemPart part{coarse, finer, own, noise, none};
+    const WeightedSystem system =
+        weighted_system(joint_layout({&coarse, 1}, {&finer, 1}), {&part, 1});
+    const Eigen::VectorXd left = Projector(system.jacobian).remainder(system.residual);
+    return likely_error * std::sqrt(left.squaredNorm() / std::max(1.0, double(left.size())));
 }
 
 bool suffices(int spheres, std::span<const measure::Measurement> recordings,

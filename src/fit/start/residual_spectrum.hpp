@@ -2,7 +2,7 @@
 // Spectrum of the residuals of a fit.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/fit.hpp"
 
 #include <string>
 #include <vector>

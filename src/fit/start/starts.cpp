@@ -10,11 +10,14 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <utility>
 
-#include <ceres/ceres.h>
+#include <Eigen/Core>
+#include <ceres/tiny_solver.h>
+#include <ceres/tiny_solver_autodiff_function.h>
 
 namespace culm::fit {
 
@@ -34,15 +37,6 @@ double absent_value(const FreeParameter& parameter) {
     return parameter.fitted_as == physics::FittedAs::Inverse
                ? parameter.upper
                : std::clamp(parameter.absent, parameter.lower, parameter.upper);
-}
-
-/// The model with the values of the fit for parameters and error terms of the same name.
-StemModel with_values_of(const RecordingFit& fit, StemModel model) {
-    const std::vector<physics::ParameterId> ids = model.free_ids();
-    for (std::size_t k = 0; k < ids.size(); ++k)
-        if (const FittedParameter* found = fit.find(ids[k]))
-            model.set_value(k, found->value);
-    return model;
 }
 
 /// Starts for a stem that leaves the plane, from the beats in its readings. Empty if none.
@@ -115,65 +109,60 @@ SwingHistory swing_history(const RecordingFit& fit) {
     return history;
 }
 
-/// Residuals of the beat. Parameters: ω, δ, ε, α and A, each over its scale.
 /// A stem that is pulled at an angle α to its principal planes swings in both: seen from the side,
-/// x = A e^(−δt) [cos²α cos ω₁t + sin²α cos ω₂t] with ω₁,₂² = ω² (1 ± ε/2). Fitting it to the swing
-/// is a problem of five numbers, hundreds of times cheaper than a fit of the spatial chain.
-struct BeatCost {
-    double time;
-    double measured;
+/// x = e^(−δt) (a cos ω₁t + b cos ω₂t) with a = A cos²α, b = A sin²α and ω₁,₂² = ω² (1 ± ε/2).
+/// Fitting it to the swing is a problem of five numbers, hundreds of times cheaper than a fit of
+/// the spatial chain. Parameters: ω₁, ω₂ and δ over those of the fitted chain, a and b.
+struct BeatResiduals {
+    const SwingHistory& history;
     double angular_frequency;
     double decay_rate;
 
+    [[nodiscard]] int NumResiduals() const { return static_cast<int>(history.times.size()); }
+    /// The interface of ceres::TinySolver.
     template <class T>
     bool operator()(const T* const numbers, T* missed) const {
-        const T squared = numbers[0] * numbers[0] * (angular_frequency * angular_frequency);
-        const T stiff = sqrt(squared * (1.0 + 0.5 * numbers[2]));
-        const T soft = sqrt(squared * (1.0 - 0.5 * numbers[2]));
-        const T along = cos(numbers[3]) * cos(numbers[3]);
-        *missed = numbers[4] * exp(-numbers[1] * decay_rate * time) *
-                      (along * cos(stiff * time) + (1.0 - along) * cos(soft * time)) -
-                  measured;
+        for (std::size_t i = 0; i < history.times.size(); ++i) {
+            const double time = history.times[i];
+            missed[i] = exp(-numbers[2] * (decay_rate * time)) *
+                            (numbers[3] * cos(numbers[0] * (angular_frequency * time)) +
+                             numbers[4] * cos(numbers[1] * (angular_frequency * time))) -
+                        history.measured[i];
+        }
         return true;
     }
 };
 
 struct Candidate {
-    std::array<double, 5> numbers{};
-    double cost = 0.0;
+    Beat beat;
+    double cost = std::numeric_limits<double>::infinity(); ///< infinite: it is no beat
 };
 
-Candidate solved(const SwingHistory& history, double angular_frequency, double decay_rate,
-                 double split, double angle) {
+Candidate solved(const BeatResiduals& problem, double split, double angle) {
+    constexpr int count = 5;
+    const ceres::TinySolverAutoDiffFunction<BeatResiduals, Eigen::Dynamic, count> residuals(
+        problem);
+    ceres::TinySolver<ceres::TinySolverAutoDiffFunction<BeatResiduals, Eigen::Dynamic, count>>
+        solver;
+    solver.options.max_num_iterations = most_iterations;
     // ω is that of the fit, which follows the stronger of the two frequencies.
     const double along = std::pow(std::cos(angle), 2);
     const double stronger = along > 0.5 ? 1.0 + 0.5 * split : 1.0 - 0.5 * split;
-    Candidate candidate{{1.0 / std::sqrt(stronger), 1.0, split, angle, 1.0}, 0.0};
-    ceres::Problem problem;
-    for (std::size_t i = 0; i < history.times.size(); ++i)
-        problem.AddResidualBlock(
-            new ceres::AutoDiffCostFunction<BeatCost, 1, 5>(
-                new BeatCost{history.times[i], history.measured[i], angular_frequency, decay_rate}),
-            nullptr, candidate.numbers.data());
-    const std::array<std::pair<double, double>, 5> bounds{{{0.7, 1.4},
-                                                           {0.05, 5.0},
-                                                           {1e-3, largest_split},
-                                                           {0.05, 0.5 * std::numbers::pi - 0.05},
-                                                           {0.3, 3.0}}};
-    for (std::size_t k = 0; k < bounds.size(); ++k) {
-        problem.SetParameterLowerBound(candidate.numbers.data(), static_cast<int>(k),
-                                       bounds[k].first);
-        problem.SetParameterUpperBound(candidate.numbers.data(), static_cast<int>(k),
-                                       bounds[k].second);
+    Eigen::Vector<double, count> x;
+    x << std::sqrt((1.0 + 0.5 * split) / stronger), std::sqrt((1.0 - 0.5 * split) / stronger), 1.0,
+        along, 1.0 - along;
+    solver.Solve(residuals, &x);
+    if (x(0) < x(1)) {
+        std::swap(x(0), x(1));
+        std::swap(x(3), x(4));
     }
-    ceres::Solver::Options options;
-    options.linear_solver_type = ceres::DENSE_QR;
-    options.max_num_iterations = most_iterations;
-    options.logging_type = ceres::SILENT;
-    ceres::Solver::Summary summary;
-    ceres::Solve(options, &problem, &summary);
-    candidate.cost = 2.0 * summary.final_cost;
-    return candidate;
+    const double square = 0.5 * (x(0) * x(0) + x(1) * x(1)); // ω²
+    const double found = (x(0) * x(0) - x(1) * x(1)) / square;
+    if (!(x.minCoeff() > 0.0 && found < largest_split))
+        return {};
+    return {{std::sqrt(square) * problem.angular_frequency, x(2) * problem.decay_rate, found,
+             std::atan2(std::sqrt(x(4)), std::sqrt(x(3))), x(3) + x(4)},
+            2.0 * solver.summary.final_cost};
 }
 
 } // namespace
@@ -213,7 +202,7 @@ std::vector<double> residual_peaks(const RecordingFit& fit, std::size_t count) {
 
 std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& smaller,
                                   StartSize size) {
-    StemModel first = with_values_of(smaller, model);
+    StemModel first = model;
     if (size == StartSize::Absent)
         for (const FreeParameter& parameter : first.parameters)
             if (!parameter.is_place && smaller.find(parameter.access.id) == nullptr)
@@ -244,9 +233,8 @@ std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& sm
         if (!finer.empty() && finer.size() <= most_starts)
             starts = std::move(finer);
     }
-    if (const auto modes = run::chain_modes(smaller.model.spec, 1); !modes.empty())
-        for (StemModel& start : starts)
-            keep_first_mode(modes.front(), start);
+    for (StemModel& start : starts)
+        keep_first_mode(smaller.model.spec, start);
     return starts;
 }
 
@@ -267,24 +255,20 @@ std::vector<Beat> recorded_beats(const RecordingFit& fit, double angular_frequen
     for (std::size_t i = 0; i < history.times.size(); ++i)
         left += std::pow(history.measured[i] - history.modelled[i], 2);
     std::vector<Candidate> candidates;
+    const BeatResiduals problem{history, angular_frequency, decay_rate};
     for (const double split : first_splits)
         for (const double angle : first_angles)
-            candidates.push_back(solved(history, angular_frequency, decay_rate, split,
-                                        angle * std::numbers::pi / 180.0));
+            candidates.push_back(solved(problem, split, angle * std::numbers::pi / 180.0));
     std::ranges::stable_sort(candidates, {}, &Candidate::cost);
     std::vector<Beat> beats;
-    for (const Candidate& candidate : candidates) {
-        if (!(candidate.cost < (1.0 - needed_beat_gain) * left) || beats.size() == count)
+    for (const auto& [beat, cost] : candidates) {
+        if (!(cost < (1.0 - needed_beat_gain) * left) || beats.size() == count)
             break;
-        const auto [frequency, decay, split, angle, amplitude] = candidate.numbers;
-        const bool is_new =
-            std::ranges::none_of(beats, [&, own = split, at = angle](const Beat& beat) {
-                return std::abs(beat.split / own - 1.0) < same_split &&
-                       std::abs(beat.angle - at) < same_split;
-            });
-        if (is_new)
-            beats.push_back(
-                {frequency * angular_frequency, decay * decay_rate, split, angle, amplitude});
+        if (std::ranges::none_of(beats, [&own = beat](const Beat& other) {
+                return std::abs(other.split / own.split - 1.0) < same_split &&
+                       std::abs(other.angle - own.angle) < same_split;
+            }))
+            beats.push_back(beat);
     }
     return beats;
 }

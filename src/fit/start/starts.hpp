@@ -2,7 +2,7 @@
 // Where the fit of a model with effects begins.
 #pragma once
 
-#include "fit/solve/fit.hpp"
+#include "fit/fit.hpp"
 
 #include <cstddef>
 #include <vector>
@@ -22,12 +22,11 @@ enum class StartSize {
     Default
 };
 
-/// Starts for a fit of `model`, which contains the model of `smaller`. Common parameters start from
-/// their values in `smaller`. Places, angles and time scales of the others start from several
-/// values each, sizes as `size` states. In every start Y and β are changed so that the first
-/// mode keeps its frequency and decay: an effect on the frequency would otherwise start cycles
-/// away. A stem that leaves the plane starts from the beats in the readings (recorded_beats()), if
-/// there are any.
+/// Starts for a fit of `model`: that of `smaller` with more effects. Places, angles and time scales
+/// of the others start from several values each, sizes as `size` states. In every start Y and β are
+/// changed so that the first mode keeps its frequency and decay: an effect on the frequency would
+/// otherwise start cycles away. A stem that leaves the plane starts from the beats in the readings
+/// (recorded_beats()), if there are any.
 [[nodiscard]] std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& smaller,
                                                 StartSize size);
 

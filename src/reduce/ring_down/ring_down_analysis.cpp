@@ -232,9 +232,10 @@ RingDownAdequacy judge(const std::vector<double>& residuals, std::size_t lags,
         double sum = 0.0;
         for (const double residual : residuals)
             sum += residual * residual;
-        const std::size_t freedom = residuals.size() - parameters;
-        adequacy.reduced_chi_squared = sum / (*noise * *noise * static_cast<double>(freedom));
-        adequacy.chi_squared_p_value = chi_squared_p_value(sum, *noise, freedom);
+        const double freedom = static_cast<double>(residuals.size() - parameters);
+        sum /= *noise * *noise;
+        adequacy.reduced_chi_squared = sum / freedom;
+        adequacy.chi_squared_p_value = chi_squared_p_value(sum, freedom);
         if (*adequacy.chi_squared_p_value < adequacy_significance)
             reasons.push_back(
                 fmt::format("residuals {:.2g} x noise", std::sqrt(*adequacy.reduced_chi_squared)));

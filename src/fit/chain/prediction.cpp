@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/model/prediction.hpp"
+#include "fit/chain/prediction.hpp"
 
 #include "core/error.hpp"
 #include "core/lanes.hpp"
-#include "fit/model/superposition.hpp"
+#include "fit/chain/superposition.hpp"
 #include "measure/folder/observation.hpp"
 #include "physics/chain_model.hpp"
 #include "physics/effects/stem_scales.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/model/superposition.hpp"
+#include "fit/chain/superposition.hpp"
 
 #include <algorithm>
 #include <cmath>

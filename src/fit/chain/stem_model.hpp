@@ -2,15 +2,15 @@
 // A model of a measured stem: a case with its effects, and which of its numbers may be fitted.
 #pragma once
 
-#include "fit/model/observed_recording.hpp"
-#include "fit/model/parameter.hpp"
-#include "fit/model/stem_chain.hpp"
-#include "integrate/modes.hpp"
+#include "fit/chain/observed_recording.hpp"
+#include "fit/chain/parameter.hpp"
+#include "fit/chain/stem_chain.hpp"
 #include "physics/effects/selection.hpp"
 
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace culm::fit {
@@ -44,10 +44,14 @@ struct StemModel {
     }
     [[nodiscard]] double value(std::size_t k) const; ///< of the fitted number, SI units
     void set_value(std::size_t k, double value);
+    [[nodiscard]] std::pair<double, double> bounds(std::size_t k) const; ///< of its value
+    /// The coordinate in which it is fitted.
+    [[nodiscard]] physics::FittedAs fitted_as(std::size_t k) const {
+        return k < parameters.size() ? parameters[k].fitted_as : physics::FittedAs::Itself;
+    }
     /// d coordinate/d value of the fitted number.
     [[nodiscard]] double coordinate_slope(std::size_t k) const {
-        return k < parameters.size() ? fit::coordinate_slope(parameters[k].fitted_as, value(k))
-                                     : 1.0;
+        return fit::coordinate_slope(fitted_as(k), value(k));
     }
 };
 
@@ -115,8 +119,12 @@ using SelectedEffects = std::vector<physics::SelectedEffect>;
 /// 0.
 [[nodiscard]] StemModel with_error_terms(StemModel model, const ObservedRecording& recording);
 
-/// Changes Y and β until the first mode has the frequency and decay of `wanted`.
-void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& model);
+/// Changes Y and β until the model's case has the frequency and decay of the first mode of
+/// `wanted`, to first order in the damping.
+void keep_first_mode(const run::CaseSpec& wanted, StemModel& model);
+
+/// The model with another division of its stem and the same first mode.
+[[nodiscard]] StemModel with_spheres(StemModel model, int spheres);
 
 /// Has every effect a size that a fit can make vanish, so that the model contains the one without?
 [[nodiscard]] bool is_nested(const StemModel& model);

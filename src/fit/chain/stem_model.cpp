@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/model/stem_model.hpp"
+#include "fit/chain/stem_model.hpp"
 
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"
@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <utility>
@@ -130,19 +131,17 @@ RowRingDown measured_ring_down(const measure::Measurement& measurement) {
     return *std::move(best);
 }
 
-/// Median of the tip deflections that the readings near the release imply for the shape of a
-/// cantilever under a force at its tip: x²(3 − x)/2.
+/// Median of the tip deflections that the readings near the release imply for tip_force_shape().
 double released_deflection(const measure::Measurement& measurement) {
     std::vector<double> deflections;
     const auto first = std::ranges::lower_bound(measurement.times, 0.0);
     const auto release = static_cast<std::size_t>(first - measurement.times.begin());
     for (std::size_t i = 0; i < std::min(release + 1, measurement.times.size()); ++i)
         for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
-            const double x = measurement.heights[j] / measurement.stem.length;
             const double reading = measurement.deflection(i, j);
             // Lower readings are divided by a small number, which amplifies their noise.
-            if (x > 0.5 && !std::isnan(reading))
-                deflections.push_back(reading / (0.5 * x * x * (3.0 - x)));
+            if (measurement.heights[j] > 0.5 * measurement.stem.length && !std::isnan(reading))
+                deflections.push_back(reading / tip_force_shape(measurement, j));
         }
     std::ranges::sort(deflections);
     if (!deflections.empty() && reduce::quantile(deflections, 0.5) != 0.0)
@@ -229,6 +228,27 @@ void set_stated_values(const physics::SelectedEffect& selected,
             active.values[k] = measurement.hold_time.value_or(active.values[k]);
 }
 
+/// A frequency with a relative error of 1/N is a cycle off after N cycles, and no gradient leads
+/// back: a start keeps the first mode of the readings.
+void set_first_mode(double frequency, double decay_rate, StemModel& model) {
+    constexpr int passes = 3; // an effect's share of the stiffness depends on Y
+    physics::StemParameters<double>& stem = model.spec.stem;
+    for (int pass = 0; pass < passes; ++pass) {
+        const double ratio = frequency / run::lightly_damped_mode(model.spec).frequency;
+        if (!std::isfinite(ratio))
+            return;
+        stem.bond_youngs_modulus *= ratio * ratio;
+    }
+    run::CaseSpec half = model.spec;
+    half.stem.bond_damping *= 0.5;
+    const double now = run::lightly_damped_mode(model.spec).decay_rate;
+    // The decay is linear in β.
+    const double from_bonds = 2.0 * (now - run::lightly_damped_mode(half).decay_rate);
+    if (from_bonds < 0.0)
+        stem.bond_damping *=
+            std::max(1.0 - (now - decay_rate) / from_bonds, smallest_damping_share);
+}
+
 } // namespace
 
 std::vector<physics::ParameterId> StemModel::free_ids() const {
@@ -255,6 +275,15 @@ void StemModel::set_value(std::size_t k, double value) {
         error_values[k - first_error()] = value;
     else
         release_time = value;
+}
+
+std::pair<double, double> StemModel::bounds(std::size_t k) const {
+    constexpr double none = std::numeric_limits<double>::infinity();
+    if (k < parameters.size())
+        return {parameters[k].lower, parameters[k].upper};
+    if (is_error(k))
+        return {-none, none};
+    return {expected_release - release_time_bound, expected_release + release_time_bound};
 }
 
 run::CaseSpec computed_case(const StemModel& model) {
@@ -287,28 +316,16 @@ StemModel with_error_terms(StemModel model, const ObservedRecording& recording) 
     return model;
 }
 
-void keep_first_mode(const integrate::VibrationMode& wanted, StemModel& model) {
-    physics::StemParameters<double>& stem = model.spec.stem;
-    // A frequency with a relative error of 1/N is a cycle off after N cycles, and no gradient leads
-    // back. The start therefore keeps the first mode of the readings.
-    for (int pass = 0; pass < 2; ++pass) { // the effect's share of the stiffness depends on Y
-        const auto modes = run::chain_modes(model.spec, 1);
-        if (modes.empty())
-            return;
-        stem.bond_youngs_modulus *= std::pow(wanted.frequency / modes.front().frequency, 2);
-    }
-    const auto modes = run::chain_modes(model.spec, 1);
-    run::CaseSpec half = model.spec;
-    half.stem.bond_damping *= 0.5;
-    const auto half_damped = run::chain_modes(half, 1);
-    if (modes.empty() || half_damped.empty())
-        return;
-    // The decay is linear in β.
-    const double from_bonds =
-        2.0 * (modes.front().decay_per_cycle - half_damped.front().decay_per_cycle);
-    const double excess = modes.front().decay_per_cycle - wanted.decay_per_cycle;
-    if (from_bonds < 0.0)
-        stem.bond_damping *= std::max(1.0 - excess / from_bonds, smallest_damping_share);
+void keep_first_mode(const run::CaseSpec& wanted, StemModel& model) {
+    const integrate::VibrationMode mode = run::lightly_damped_mode(wanted);
+    set_first_mode(mode.frequency, mode.decay_rate, model);
+}
+
+StemModel with_spheres(StemModel model, int spheres) {
+    const run::CaseSpec before = model.spec;
+    model.spec = with_spheres(std::move(model.spec), spheres);
+    keep_first_mode(before, model);
+    return model;
 }
 
 StemModel baseline_model(const measure::Measurement& measurement, const ChainOptions& options) {
@@ -327,17 +344,14 @@ StemModel baseline_model(const measure::Measurement& measurement, const ChainOpt
     const double decay =
         std::max(-ring_down.fit.decay_per_cycle.value, 0.0) / (2.0 * std::numbers::pi);
     const double frequency = ring_down.fit.frequency.value * std::hypot(1.0, decay); // undamped, Hz
-    const double damping_ratio = decay / std::hypot(1.0, decay);
     run::CaseSpec& spec = model.spec;
-    const double ratio = frequency / run::natural_frequency(spec);
-    spec.stem.bond_youngs_modulus *= ratio * ratio;
+    const double damping_ratio = decay / std::hypot(1.0, decay);
+    set_first_mode(frequency, ring_down.fit.decay_rate.value, model);
     spec.stem.bond_damping = 1.0;
     // M = E I (κ + τ κ̇) damps a mode of angular frequency ω by ζ = ωτ/2.
     const double wanted = damping_ratio / (std::numbers::pi * frequency);
     spec.stem.bond_damping = std::max(wanted / damping_time(spec), 1e-3);
-    keep_first_mode({ring_down.fit.frequency.value, ring_down.fit.decay_rate.value,
-                     ring_down.fit.decay_per_cycle.value},
-                    model);
+    set_first_mode(frequency, ring_down.fit.decay_rate.value, model);
     spec.sample_interval = 1.0 / (samples_per_cycle * frequency);
     if (!measurement.sensors.empty())
         spec.sample_interval *= share_for_sensors;

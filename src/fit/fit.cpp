@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/solve/fit.hpp"
+#include "fit/fit.hpp"
 
 #include "core/error.hpp"
 #include "fit/errors/second_mode.hpp"
 #include "fit/errors/stated_inputs.hpp"
+#include "fit/noise/at_rest.hpp"
 #include "fit/solve/error_solution.hpp"
 #include "fit/solve/fit_statistics.hpp"
 #include "run/modes.hpp"
@@ -11,7 +12,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <limits>
 #include <utility>
 
 #include <Eigen/Core>
@@ -21,7 +21,7 @@ namespace culm::fit {
 
 namespace {
 
-/// A fit has found the motion if the ratio remainder() is below this limit.
+/// Rms residual over the rms reading of a chain that follows the motion.
 constexpr double small_remainder = 0.2;
 
 /// Used for recordings of unknown noise until their residuals determine it. One value for all rows
@@ -37,38 +37,24 @@ std::vector<double> provisional_noises(const measure::Measurement& measurement) 
     return noises;
 }
 
-/// Ratio of the rms residual of a solution to the rms reading, after the release.
-double remainder(const JointSolution& solution, std::span<const ObservedRecording> measurements) {
-    double left = 0.0;
-    double all = 0.0;
-    for (std::size_t m = 0; m < measurements.size(); ++m) {
-        const std::size_t rows = measurements[m].heights.size();
-        for (std::size_t i = 0; i < solution.times[m].size(); ++i)
-            for (std::size_t j = 0; j < rows && solution.times[m][i] >= 0.0; ++j) {
-                const double reading = measurements[m].deflection(i, j);
-                const double predicted = solution.predictions[m].readings[i * rows + j];
-                if (std::isnan(reading) || std::isnan(predicted))
-                    continue;
-                left += (reading - predicted) * (reading - predicted);
-                all += reading * reading;
-            }
-    }
-    return all > 0.0 ? std::sqrt(left / all) : 1.0;
-}
-
 /// A chain that follows no motion from time 0 on, which is long before the record begins.
-std::string doubt_of_release(const JointSolution& solution,
-                             std::span<const ObservedRecording> measurements) {
-    if (remainder(solution, measurements) < small_remainder)
-        return {};
-    for (std::size_t m = 0; m < measurements.size(); ++m)
-        if (const double first = measurements[m].times.front();
-            measurements[m].release != measure::ReleaseKind::Moving &&
-            first > 1.0 / run::natural_frequency(solution.models[m].spec))
+std::string doubt_of_release(const Fit& fit, std::span<const ObservedRecording> measurements) {
+    for (std::size_t m = 0; m < measurements.size(); ++m) {
+        const RecordingFit& part = fit.parts[m];
+        const double first = part.times.front();
+        if (measurements[m].release == measure::ReleaseKind::Moving ||
+            !(first > 1.0 / run::lightly_damped_mode(part.model.spec).frequency))
+            continue;
+        double squares = 0.0;
+        for (std::size_t at = 0; at < part.residuals.size(); ++at)
+            if (!std::isnan(part.residuals[at]))
+                squares += std::pow(measurements[m].deflections[at], 2);
+        if (!(part.rmse < small_remainder * std::sqrt(squares / double(part.readings))))
             return fmt::format("the chain does not follow the motion, and the record begins {:.3g} "
                                "s after time 0: time 0 is not the release (let the fit begin later "
                                "with kind = \"moving\" and start_s)",
                                first);
+    }
     return {};
 }
 
@@ -108,9 +94,8 @@ void add_terms(const ObservedRecording& recording, const JointOptions& options,
         return;
     if (options.with_inputs) {
         try {
-            part.terms = inputs.empty()
-                             ? input_terms(part, recording, options.chain.heartbeat, batches)
-                             : std::move(inputs);
+            part.terms = inputs.empty() ? input_terms(part, recording, options.heartbeat, batches)
+                                        : std::move(inputs);
             std::ranges::move(second_mode_terms(part, recording), std::back_inserter(part.terms));
         } catch (const core::NumericalError&) {
         }
@@ -129,31 +114,21 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
         starts.push_back(reconciled(other, layout));
     std::vector<ReadingNoise> noises = noises_of(measurements, options);
     std::vector<std::vector<double>> noise;
-    std::vector<double> last_times;
-    for (std::size_t m = 0; m < measurements.size(); ++m) {
-        noise.push_back(noises[m].by_row);
-        last_times.push_back(
-            std::min(options.chain.window.value_or(std::numeric_limits<double>::infinity()),
-                     measurements[m].times.back()));
-    }
+    for (const ReadingNoise& each : noises)
+        noise.push_back(each.by_row);
     std::vector<bool> is_held = options.is_held;
     is_held.resize(layout.ids.size(), false);
-    const JointProblem problem{measurements, layout, noise, is_held, options.chain};
+    const JointProblem problem{measurements, layout, noise, is_held, options};
     std::vector<ChainPrediction> predictions;
     for (KnownPoint& known : options.known)
         predictions.push_back(std::move(known.prediction));
-    JointSolution solution = solve(problem, starts, last_times, std::move(predictions));
+    JointSolution solution = solve(problem, starts, std::move(predictions));
     if (solution.batches > 0)
         options.known.clear(); // the fit has left the point
     Fit fit;
     fit.status = solution.has_converged ? FitStatus::Fitted : FitStatus::Failed;
     if (!solution.has_converged)
         fit.reason = fmt::format("not converged: {}", solution.message);
-    if (options.is_first_guess)
-        if (std::string doubt = doubt_of_release(solution, measurements); !doubt.empty()) {
-            fit.status = FitStatus::Failed;
-            fit.reason = std::move(doubt);
-        }
     fit.batches = solution.batches;
     for (std::size_t m = 0; m < measurements.size(); ++m) {
         RecordingFit& part =
@@ -164,15 +139,14 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
                   part, fit.batches);
     }
     add_residuals(measurements, fit);
+    if (options.is_first_guess)
+        if (std::string doubt = doubt_of_release(fit, measurements); !doubt.empty()) {
+            fit.status = FitStatus::Failed;
+            fit.reason = std::move(doubt);
+        }
     add_parameters(layout, is_held, fit);
-    solve_with_errors(measurements, layout, is_held, options.chain.heartbeat, fit);
+    solve_with_errors(measurements, layout, is_held, options.heartbeat, fit);
     return fit;
-}
-
-Fit fit_with_held(const StemModel& model, const ObservedRecording& measurement,
-                  const std::vector<bool>& is_held, const FitOptions& options) {
-    return fit_jointly({&model, 1}, {&measurement, 1},
-                       {options.solve(), is_held, {}, {}, options.with_inputs});
 }
 
 } // namespace culm::fit

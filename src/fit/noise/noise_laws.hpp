@@ -1,56 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Standard deviation of the readings of a measurement, stated or estimated.
+// Laws of the noise and their maximum likelihood: outliers, correlation in time and over the rows,
+// uncertain time stamps.
+//
+// A law with one more number is used only if noise without it shows as large a gain of likelihood
+// in one recording of a thousand.
 #pragma once
 
-#include "fit/model/observed_recording.hpp"
+#include "fit/chain/observed_recording.hpp"
 
 #include <limits>
-#include <memory>
-#include <span>
 #include <string>
 #include <vector>
 
 #include <Eigen/Core>
 
 namespace culm::fit {
-
-struct ReadingNoise {
-    std::vector<double> by_row; ///< (rows), m; empty: only the residuals of a fit determine it
-    std::string source;         ///< "stated", or the data of the estimate
-    bool is_known = true;       ///< independent of the fit
-};
-
-/// The noise of the noise model if there is one. Otherwise the first of these that is available:
-/// the stated noise of each reading (the mean square of a row) or of each row; the scatter about
-/// each row's mean while the stem was held, over at least 20 degrees of freedom of all rows
-/// together; the scatter of the second differences over the last tenth of the record if the motion
-/// there is below the noise; none.
-[[nodiscard]] ReadingNoise reading_noise(const ObservedRecording& measurement);
-
-/// Noise of each reading over that of its row, (times, rows); empty: 1.
-[[nodiscard]] std::vector<double> relative_noise(const measure::Measurement& measurement,
-                                                 const std::vector<double>& by_row);
-
-/// Divides readings by their noise and whitens them after their noise model: first the rows of a
-/// frame, by the symmetric root of their covariance, then each row in time.
-class ReadingWeights {
-  public:
-    /// `noise`: (rows), m. `is_seen`: (frames, rows). A null model: the readings are independent.
-    ReadingWeights(std::vector<double> noise, std::shared_ptr<const NoiseModel> model,
-                   std::vector<bool> is_seen);
-
-    /// Weighs (frames, rows) of readings, or any quantity linear in these, in place. Readings that
-    /// were not seen and values that are not finite become 0.
-    void apply(std::span<double> values) const;
-
-  private:
-    void separate_rows(std::span<double> values) const;
-    void separate_frames(std::span<double> values) const;
-
-    std::vector<double> noise_;
-    std::shared_ptr<const NoiseModel> model_;
-    std::vector<bool> is_seen_;
-};
 
 /// Student's t of noise over its scale.
 struct Tails {

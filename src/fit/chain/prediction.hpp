@@ -2,7 +2,7 @@
 // The readings that a model predicts, and their derivatives by its free parameters.
 #pragma once
 
-#include "fit/model/stem_model.hpp"
+#include "fit/chain/stem_model.hpp"
 #include "run/simulate.hpp"
 
 #include <span>

@@ -10,14 +10,12 @@
 
 namespace culm::fit {
 
-struct JointOptions {
-    SolveOptions chain;        ///< windows count from each recording's own release
-    std::vector<bool> is_held; ///< (joint parameters); empty: none
+struct JointOptions : FitOptions {
+    std::vector<bool> is_held{}; ///< (joint parameters); empty: none
     /// (recordings)(rows), m: divides the residuals of recordings whose noise is not known; empty:
     /// the same value for all.
-    std::vector<std::vector<double>> noise;
+    std::vector<std::vector<double>> noise{};
     std::vector<KnownPoint> known{}; ///< (recordings) at the models' values; empty: to be computed
-    bool with_inputs = true;         ///< as FitOptions::with_inputs
     std::vector<StartModels> other_starts{}; ///< the best of all starts counts
     /// A chain that does not follow the motion, in a record that begins long after time 0, fails.
     bool is_first_guess = false;
@@ -32,10 +30,5 @@ struct JointOptions {
 [[nodiscard]] Fit fit_jointly(std::span<const StemModel> models,
                               std::span<const ObservedRecording> measurements,
                               JointOptions options = {});
-
-/// The fit with some parameters fixed at the model's values; `is_held` is in the order of free_ids.
-/// It starts there without growing windows. For profile likelihoods and constrained comparisons.
-[[nodiscard]] Fit fit_with_held(const StemModel& model, const ObservedRecording& measurement,
-                                const std::vector<bool>& is_held, const FitOptions& options = {});
 
 } // namespace culm::fit

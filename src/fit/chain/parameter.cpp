@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/model/parameter.hpp"
+#include "fit/chain/parameter.hpp"
 
 #include <cmath>
 

@@ -2,7 +2,7 @@
 // Motion out of the plane as a sum of planar motions.
 #pragma once
 
-#include "fit/model/stem_model.hpp"
+#include "fit/chain/stem_model.hpp"
 
 #include <vector>
 

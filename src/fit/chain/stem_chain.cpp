@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/model/stem_chain.hpp"
+#include "fit/chain/stem_chain.hpp"
 
 #include "core/error.hpp"
 #include "physics/bond_coefficients.hpp"
