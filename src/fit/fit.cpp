@@ -114,8 +114,7 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
         starts.push_back(reconciled(other, layout));
     std::vector<ReadingNoise> noises = noises_of(measurements, options);
     std::vector<std::vector<double>> noise;
-    for (const ReadingNoise& each : noises)
-        noise.push_back(each.by_row);
+    std::ranges::transform(noises, std::back_inserter(noise), &ReadingNoise::by_row);
     std::vector<bool> is_held = options.is_held;
     is_held.resize(layout.ids.size(), false);
     const JointProblem problem{measurements, layout, noise, is_held, options};

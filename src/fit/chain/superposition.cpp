@@ -81,6 +81,8 @@ void add_derivatives(const StemModel& model, const physics::Effect& effect, cons
 std::vector<PlanarModel> planar_models(const StemModel& model) {
     const Parts found = parts_of(model.spec);
     std::vector<PlanarModel> models;
+    if (found.effect == nullptr)
+        return models;
     models.reserve(found.parts.size());
     for (const physics::PlanarPart& part : found.parts) {
         PlanarModel& planar =

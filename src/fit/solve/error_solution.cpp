@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
-#include <ranges>
 #include <string>
 #include <utility>
 
@@ -151,16 +150,15 @@ class ErrorSolution {
     }
 
     /// An error term adds a residual and so takes no degree of freedom.
-    [[nodiscard]] std::size_t degrees_of_freedom(std::size_t readings, const auto& numbers) const {
-        const auto free = static_cast<std::size_t>(std::ranges::count_if(
-            numbers, [&](std::size_t k) { return !is_held_[k] && !fit_.system.errors[k]; }));
-        return readings > free ? readings - free : 0;
+    [[nodiscard]] bool takes_freedom(std::size_t k) const {
+        return !is_held_[k] && !fit_.system.errors[k];
     }
 
     [[nodiscard]] std::size_t degrees_of_freedom(std::size_t m) const {
-        return degrees_of_freedom(fit_.parts[m].readings,
-                                  layout_.shares[m] |
-                                      std::views::transform(&JointLayout::Share::place));
+        std::size_t degrees = fit_.parts[m].readings;
+        for (const JointLayout::Share& share : layout_.shares[m])
+            degrees -= degrees > 0 && takes_freedom(share.place) ? 1 : 0;
+        return degrees;
     }
 
     void scale_noise() {
@@ -185,8 +183,9 @@ class ErrorSolution {
             part.reduced_chi_squared = part.chi_squared / degrees;
             fit_.chi_squared += part.chi_squared;
         }
-        fit_.degrees_of_freedom =
-            degrees_of_freedom(fit_.readings, std::views::iota(std::size_t{0}, layout_.ids.size()));
+        fit_.degrees_of_freedom = fit_.readings;
+        for (std::size_t k = 0; k < layout_.ids.size(); ++k)
+            fit_.degrees_of_freedom -= fit_.degrees_of_freedom > 0 && takes_freedom(k) ? 1 : 0;
         fit_.reduced_chi_squared =
             fit_.chi_squared / double(std::max<std::size_t>(fit_.degrees_of_freedom, 1));
     }
