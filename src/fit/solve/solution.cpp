@@ -254,7 +254,7 @@ class LeastSquares {
     int batches_ = 0;
 };
 
-/// Iterates from `point`; the last two are set at the end. In a curved valley, parts of a step are
+/// Iterates from `point`; the last two are set at the end. In a curved valley, damped steps are
 /// tried before derivatives are computed at its end.
 void iterate(LeastSquares& problem, int most, Point& point, bool& has_converged,
              std::string& message) {
