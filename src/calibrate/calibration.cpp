@@ -73,7 +73,8 @@ void require_swing(const measure::Measurement& measurement, const fit::Recording
     const fit::StemModel started = fit::baseline_model(measurement, options.fit.chain);
     const double swing = run::lightly_damped_mode(started.spec).frequency;
     const double mode = run::lightly_damped_mode(fit::computed_case(fit.model)).frequency;
-    if (mode < largest_ratio * swing && swing < largest_ratio * mode)
+    // A stem that is not stable when straight has no such mode.
+    if (std::isnan(mode) || (mode < largest_ratio * swing && swing < largest_ratio * mode))
         return;
     throw core::NumericalError(
         core::FailureKind::FitFailed,

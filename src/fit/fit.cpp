@@ -18,7 +18,6 @@
 #include <fmt/core.h>
 
 namespace culm::fit {
-
 namespace {
 
 /// Rms residual over the rms reading of a chain that follows the motion.
@@ -41,8 +40,8 @@ std::vector<double> provisional_noises(const measure::Measurement& measurement) 
 std::string doubt_of_release(const Fit& fit, std::span<const ObservedRecording> measurements) {
     for (std::size_t m = 0; m < measurements.size(); ++m) {
         const RecordingFit& part = fit.parts[m];
-        const double first = part.times.front();
-        if (measurements[m].release == measure::ReleaseKind::Moving ||
+        const double first = measurements[m].times.front();
+        if (measurements[m].release == measure::ReleaseKind::Moving || part.readings == 0 ||
             !(first > 1.0 / run::lightly_damped_mode(part.model.spec).frequency))
             continue;
         double squares = 0.0;
