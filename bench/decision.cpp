@@ -113,9 +113,9 @@ AnswerSet answer_set(const std::vector<diagnose::NamedFamily>& families) {
     return set;
 }
 
-AnswerSet answer_set(const std::vector<std::string>& effects) {
+AnswerSet answer_set(const std::vector<diagnose::OwnedEffect>& effects) {
     AnswerSet set;
-    for (const std::string& name : effects)
+    for (const auto& [name, rig] : effects)
         set.push_back(
             {std::string(physics::to_string(physics::effect_named(name)->family())), {name}});
     return set;
@@ -145,12 +145,19 @@ json sizes_of(const std::vector<beam::HiddenEffect>& hidden, const fit::Fit& fit
     return sizes;
 }
 
+std::vector<std::string> names_of(const std::vector<diagnose::OwnedEffect>& effects) {
+    std::vector<std::string> names;
+    for (const auto& [name, rig] : effects)
+        names.push_back(name);
+    return names;
+}
+
 /// Every explanation with its probability, and whether it is the truth.
 json explanations_of(const diagnose::Posterior& posterior, const std::vector<HiddenTruth>& truth) {
     json all = json::array();
     for (const diagnose::Explanation& each : posterior.explanations)
         if (each.probability > 1e-3)
-            all.push_back({{"effects", each.effects},
+            all.push_back({{"effects", names_of(each.effects)},
                            {"probability", each.probability},
                            {"is_truth", is_truth(answer_set(each.effects), truth)}});
     return all;
@@ -165,9 +172,8 @@ json diagnosed(const bench::DecisionCase& drawn, const std::vector<HiddenTruth>&
     json out;
     bench::Answered answer;
     try {
-        diagnose::SearchResult search = diagnose::search_models(recordings, options);
-        out["fits"] = search.visited.size();
-        const diagnose::Diagnosis found = diagnose::decide(search, options);
+        const diagnose::Diagnosis found = diagnose::diagnose(recordings, options);
+        out["fits"] = found.posterior.models.size();
         answer = answered(found);
         out["explanations"] = explanations_of(found.posterior, truth);
         out["reason"] = found.reason;

@@ -19,7 +19,7 @@
 #include "bench/laboratory_cases.hpp"
 #include "bench/result_file.hpp"
 #include "bench/run_program.hpp"
-#include "diagnose/laboratory/laboratory.hpp"
+#include "diagnose/diagnosis.hpp"
 #include "diagnose/ladder.hpp"
 #include "farm/environment.hpp"
 #include "farm/item_map.hpp"
@@ -55,10 +55,15 @@ diagnose::DiagnosisOptions options_for(const Recordings& recordings, const core:
     return options;
 }
 
-/// Is the effect the hidden one, or a general law that contains it?
-bool stands_for(const std::string& effect, const std::string& hidden) {
-    const std::string family(physics::to_string(physics::effect_named(effect)->family()));
-    return bench::is_named({"effect", {{{family, {effect}}}}, {}}, {hidden});
+/// Does a named family contain the hidden effect? An open one stands for all of its laws.
+bool stands_for(const json& named, const std::string& hidden) {
+    const std::string family = named["family"];
+    if (named["is_open"])
+        return family == physics::to_string(physics::effect_named(hidden)->family());
+    bench::Answered answer;
+    answer.verdict = "effect";
+    answer.certain = {bench::NamedEffects{family, named["members"]}};
+    return bench::is_named(answer, {hidden});
 }
 
 // --- The truth of a laboratory
@@ -120,15 +125,11 @@ json stems_truth_json(const DrawnLaboratory& drawn, const core::ItemMap& map) {
 
 /// The answer about an effect of the rig, with the truth of the values. A stiffness may be
 /// infinite, which JSON lacks.
-json rig_answer_json(const diagnose::RigAnswer& answer, const std::vector<RigTruth>& of_rig,
-                     bool is_effect) {
-    const double held = diagnose::Policy{}.held_probability;
+json rig_answer_json(const diagnose::EffectAnswer& answer, const std::vector<RigTruth>& of_rig) {
     json out{{"effect", answer.effect},
              {"probability", answer.probability},
              {"family", answer.family},
              {"family_probability", answer.family_probability},
-             {"is_named", is_effect && answer.probability >= held && !answer.values.empty()},
-             {"is_family_named", is_effect && answer.family_probability >= held},
              {"values", json::array()}};
     for (const diagnose::SharedValue& each : answer.values) {
         json& value = out["values"].emplace_back(json{{"name", each.name},
@@ -143,8 +144,27 @@ json rig_answer_json(const diagnose::RigAnswer& answer, const std::vector<RigTru
     return out;
 }
 
+/// The families that are certain, with the stems that have an effect of them.
+void add_named(const diagnose::Diagnosis& found, json& out) {
+    out["named"] = json::array();
+    for (const diagnose::NamedFamily& family : found.families) {
+        json named{{"family", physics::to_string(family.family)},
+                   {"members", family.members},
+                   {"is_open", family.is_open},
+                   {"rig", family.rig}};
+        for (const diagnose::EffectAnswer& each : found.answers)
+            if (each.rig.empty() && family.rig.empty() &&
+                std::ranges::find(family.members, each.effect) != family.members.end())
+                for (json& stem : out["stems"])
+                    if (std::ranges::find(each.stems, stem["name"].get<std::string>()) !=
+                        each.stems.end())
+                        stem["named"].push_back(named);
+        out["named"].push_back(std::move(named));
+    }
+}
+
 /// Y over its truth, mean of the stems that were fitted.
-double modulus_ratio(const DrawnLaboratory& drawn, const diagnose::Laboratory& found,
+double modulus_ratio(const DrawnLaboratory& drawn, const diagnose::Diagnosis& found,
                      diagnose::StemNumbers diagnose::StemAnswer::*numbers) {
     double sum = 0.0;
     double count = 0.0;
@@ -157,7 +177,7 @@ double modulus_ratio(const DrawnLaboratory& drawn, const diagnose::Laboratory& f
     return sum / count;
 }
 
-void add_stem_answers(const diagnose::Laboratory& found, json& stems) {
+void add_stem_answers(const diagnose::Diagnosis& found, json& stems) {
     for (std::size_t s = 0; s < found.stems.size(); ++s) {
         const diagnose::StemAnswer& answer = found.stems[s];
         stems[s].update({{"failure", answer.failure},
@@ -165,23 +185,17 @@ void add_stem_answers(const diagnose::Laboratory& found, json& stems) {
                          {"modulus_after", answer.after.youngs_modulus},
                          {"modulus_error", answer.after.youngs_modulus_error},
                          {"finding", to_string(answer.finding)},
-                         {"over_noise", answer.over_noise}});
+                         {"over_noise", answer.after.over_noise}});
     }
 }
 
-void add_own_answers(const diagnose::Laboratory& found, bool is_effect, json& out) {
-    for (const diagnose::OwnAnswer& each : found.own) {
-        const bool is_named = is_effect && each.probability >= diagnose::Policy{}.held_probability;
-        out["own_answers"].push_back({{"effect", each.effect},
-                                      {"probability", each.probability},
-                                      {"stems", each.stems},
-                                      {"is_named", is_named}});
-        if (!is_named)
-            continue;
-        for (json& stem : out["stems"])
-            if (std::ranges::find(each.stems, stem["name"].get<std::string>()) != each.stems.end())
-                stem["named"].push_back(each.effect);
-    }
+void add_own_answers(const diagnose::Diagnosis& found, json& out) {
+    for (const diagnose::EffectAnswer& each : found.answers)
+        if (each.rig.empty())
+            out["own_answers"].push_back({{"effect", each.effect},
+                                          {"probability", each.probability},
+                                          {"stems", each.stems},
+                                          {"possible_stems", each.possible_stems}});
 }
 
 void add_answer(const DrawnLaboratory& drawn, const std::vector<RigTruth>& of_rig,
@@ -193,14 +207,14 @@ void add_answer(const DrawnLaboratory& drawn, const std::vector<RigTruth>& of_ri
     for (std::size_t s = 0; s < drawn.stems.size(); ++s)
         recordings.push_back(bench::written_recording(drawn, s, effects));
     const std::vector<diagnose::Specimen> specimens = diagnose::specimens_of(recordings);
-    const diagnose::Laboratory found =
-        diagnose::diagnose_laboratory(specimens, options_for(recordings, map));
-    const bool is_effect = found.conclusion == diagnose::Conclusion::Effect;
+    const diagnose::Diagnosis found = diagnose::diagnose(specimens, options_for(recordings, map));
     out["conclusion"] = to_string(found.conclusion);
     out["reason"] = found.reason;
-    for (const diagnose::RigAnswer& each : found.effects)
-        out["rig_answers"].push_back(rig_answer_json(each, of_rig, is_effect));
-    add_own_answers(found, is_effect, out);
+    for (const diagnose::EffectAnswer& each : found.answers)
+        if (!each.rig.empty())
+            out["rig_answers"].push_back(rig_answer_json(each, of_rig));
+    add_own_answers(found, out);
+    add_named(found, out);
     add_stem_answers(found, out["stems"]);
     out["modulus_ratio_before"] = modulus_ratio(drawn, found, &diagnose::StemAnswer::before);
     out["modulus_ratio_after"] = modulus_ratio(drawn, found, &diagnose::StemAnswer::after);
@@ -234,12 +248,20 @@ json case_of(std::uint64_t number, const core::ItemMap& map) {
 
 // --- Lines and rates
 
+/// "air (quadratic_drag)", "taper or stiffness_gradient".
+std::string text_of(const json& named) {
+    const std::string members =
+        fmt::format("{}", fmt::join(named["members"].get<std::vector<std::string>>(), " or "));
+    return named["is_open"] ? fmt::format("{} ({})", named["family"].get<std::string>(), members)
+                            : members;
+}
+
 /// The stems by the effects in a field of theirs: "taper in 3".
 std::vector<std::string> own_texts(const json& stems, const char* field) {
     std::map<std::string, int> counts;
     for (const json& stem : stems)
         for (const auto& [key, value] : stem[field].items())
-            ++counts[value.is_string() ? value.get<std::string>() : key];
+            ++counts[stem[field].is_array() ? text_of(value) : key];
     std::vector<std::string> texts;
     for (const auto& [effect, count] : counts)
         texts.push_back(fmt::format("{} in {}", effect, count));
@@ -253,10 +275,9 @@ void print(const json& each) {
                                      truth["over_limit"].get<double>()));
     std::ranges::copy(own_texts(each["stems"], "own"), std::back_inserter(hidden));
     std::vector<std::string> answers;
-    for (const json& answer : each["rig_answers"])
-        answers.push_back(fmt::format("{} {:.3f}{}", answer["effect"].get<std::string>(),
-                                      answer["probability"].get<double>(),
-                                      answer["is_named"] ? " named" : ""));
+    if (each.contains("named"))
+        for (const json& named : each["named"])
+            answers.push_back(text_of(named) + (named["rig"] == "" ? " of stems" : " of the rig"));
     std::ranges::copy(own_texts(each["stems"], "named"), std::back_inserter(answers));
     fmt::print("{:>3}  {:<5} {:>2} stems  [{}]  {}: {}  {:.0f} s{}\n",
                each["number"].get<std::uint64_t>(), each["kind"].get<std::string>(),
@@ -269,47 +290,38 @@ void print(const json& each) {
 /// Rates over all laboratories.
 struct Rates {
     std::array<Rate, 3> found; ///< by the strength over the limit
-    Rate found_or_family;
-    Rate false_alarms;  ///< laboratories without an effect in which one is named
-    Rate not_adequate;  ///< likewise, with any answer but "adequate"
-    Rate wrong_effects; ///< named effects of the rig that are not hidden
-    Rate identified;    ///< stems with an own effect
-    Rate material;      ///< likewise, if it is not immaterial
-    Rate wrong_stems;   ///< stems with a named effect that they do not have
-    Rate covered;       ///< shared values of hidden effects
+    Rate false_alarms;         ///< laboratories without an effect in which one is named
+    Rate not_adequate;         ///< likewise, with any answer but "adequate"
+    Rate wrong_effects;        ///< named effects of the rig that are not hidden
+    Rate identified;           ///< stems with an own effect
+    Rate material;             ///< likewise, if it is not immaterial
+    Rate wrong_stems; ///< stems with a named effect that they do not have, of those with one
+    Rate covered;     ///< shared values of hidden effects
     Rate failed;
 };
 constexpr std::array strength_edges{bench::weakest, 0.5, 1.0, bench::strongest};
 
 void add_rig_effects(const json& each, Rates& rates) {
-    const json& answers = each["rig_answers"];
-    const auto answers_to = [&](const std::string& hidden, const char* what) {
-        return std::ranges::any_of(answers, [&](const json& answer) {
-            return answer[what] && stands_for(answer["effect"], hidden);
-        });
-    };
+    const json& named = each["named"];
     for (const json& hidden : each["hidden_in_rig"]) {
         const double over_limit = hidden["over_limit"];
         const auto bin = over_limit < strength_edges[1]   ? 0U
                          : over_limit < strength_edges[2] ? 1U
                                                           : 2U;
-        const std::string family(physics::to_string(
-            physics::effect_named(hidden["effect"].get<std::string>())->family()));
-        rates.found[bin].add(answers_to(hidden["effect"], "is_named"));
-        rates.found_or_family.add(std::ranges::any_of(answers, [&](const json& answer) {
-            return answer["is_family_named"] && answer["family"] == family;
+        rates.found[bin].add(std::ranges::any_of(named, [&](const json& family) {
+            return family["rig"] != "" && stands_for(family, hidden["effect"]);
         }));
     }
-    for (const json& answer : answers) {
+    for (const json& answer : each["rig_answers"])
         for (const json& value : answer["values"])
             if (value.contains("covers"))
                 rates.covered.add(value["covers"]);
-        if (answer["is_named"])
+    for (const json& family : named)
+        if (family["rig"] != "")
             rates.wrong_effects.add(
                 std::ranges::none_of(each["hidden_in_rig"], [&](const json& hidden) {
-                    return stands_for(answer["effect"], hidden["effect"]);
+                    return stands_for(family, hidden["effect"]);
                 }));
-    }
 }
 
 void add_stems(const json& stems, Rates& rates) {
@@ -321,7 +333,8 @@ void add_stems(const json& stems, Rates& rates) {
                 is_own = is_own || stands_for(named, own);
             has_wrong = has_wrong || !is_own;
         }
-        rates.wrong_stems.add(has_wrong);
+        if (!stem["named"].empty())
+            rates.wrong_stems.add(has_wrong);
         for (const auto& [own, truth] : stem["own"].items()) {
             const bool is_found = std::ranges::any_of(
                 stem["named"], [&](const json& named) { return stands_for(named, own); });
@@ -375,13 +388,12 @@ void print_summary(const json& cases) {
     }
     for (const auto& [text, rate] :
          {std::pair{"found effects of the rig", found},
-          {"… or their family", rates.found_or_family},
           {"false alarms without an effect", rates.false_alarms},
           {"… or another answer than adequate", rates.not_adequate},
           {"wrong among the named effects of rigs", rates.wrong_effects},
           {"identified stems of those with an own effect", rates.identified},
           {"… of those with a material one", rates.material},
-          {"stems with a wrong own effect", rates.wrong_stems},
+          {"wrong among the stems with a named own effect", rates.wrong_stems},
           {"intervals of shared values that cover", rates.covered},
           {"failed laboratories", rates.failed}})
         fmt::print("{}: {}\n", text, rate.text());

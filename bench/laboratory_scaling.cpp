@@ -11,7 +11,7 @@
 #include "bench/cpu_time.hpp"
 #include "bench/run_program.hpp"
 #include "bench/simulated_farm.hpp"
-#include "diagnose/laboratory/laboratory.hpp"
+#include "diagnose/diagnosis.hpp"
 #include "fit/fit_model.hpp"
 #include "measure/folder/measurement_folder.hpp"
 
@@ -67,7 +67,7 @@ MeasuredDiagnosis measure(const std::vector<std::string>& folders) {
             last = cpu_seconds();
             return outcomes;
         });
-    const diagnose::Laboratory found = diagnose::diagnose_laboratory(specimens, options);
+    const diagnose::Diagnosis found = diagnose::diagnose(specimens, options);
     measured.after = cpu_seconds() - last;
     fmt::print("{} stems, {} maps: {}\n\n", measured.stems, measured.maps.size(), found.reason);
     return measured;

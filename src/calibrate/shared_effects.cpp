@@ -36,17 +36,17 @@ SharedEffects fit_shared_effects(std::span<const measure::Measurement> measureme
     model.known = options.effects;
     model.map = map;
     model.progress = progress;
-    diagnose::Laboratory laboratory =
-        diagnose::diagnose_laboratory(diagnose::specimens_of(measurements), model);
-    std::erase_if(laboratory.effects, [](const auto& each) { return each.values.empty(); });
-    return {std::move(laboratory.effects), std::move(laboratory.stems)};
+    const std::vector<diagnose::Specimen> specimens = diagnose::specimens_of(measurements);
+    diagnose::Diagnosis found = diagnose::decide(diagnose::search_models(specimens, model));
+    std::erase_if(found.answers, [](const auto& each) { return each.values.empty(); });
+    return {std::move(found.answers), std::move(found.stems)};
 }
 
 CalibrationOptions with_shared_values(const CalibrationOptions& options,
                                       const SharedEffects& shared,
                                       const measure::Measurement& measurement) {
     CalibrationOptions fixed = options;
-    for (const diagnose::RigAnswer& fitted : shared.effects)
+    for (const diagnose::EffectAnswer& fitted : shared.effects)
         for (physics::SelectedEffect& effect : fixed.effects) {
             if (effect.effect->name() != fitted.effect || measurement.rig != fitted.rig)
                 continue;

@@ -4,7 +4,7 @@
 
 #include "calibrate/calibration.hpp"
 #include "core/item_map.hpp"
-#include "diagnose/laboratory/laboratory.hpp"
+#include "diagnose/diagnosis.hpp"
 
 #include <functional>
 #include <span>
@@ -15,8 +15,8 @@ namespace culm::calibrate {
 
 /// The effects of rigs with several recordings.
 struct SharedEffects {
-    std::vector<diagnose::RigAnswer> effects; ///< fitted, with their values
-    std::vector<diagnose::StemAnswer> stems;  ///< (specimens) of the joint fit; empty without one
+    std::vector<diagnose::EffectAnswer> effects; ///< fitted, with their values
+    std::vector<diagnose::StemAnswer> stems; ///< (specimens) of the joint fit; empty without one
 };
 
 /// Fits the effects of rigs that `effects` names, with one value of each free parameter for all

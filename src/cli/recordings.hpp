@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cli/command_line.hpp"
-#include "diagnose/laboratory/stem_fit.hpp"
+#include "diagnose/stems.hpp"
 #include "fit/fit_model.hpp"
 #include "measure/folder/measurement.hpp"
 

@@ -132,12 +132,11 @@ SetVerdict verdict_on(const fit::Fit& fit, std::span<const fit::ObservedRecordin
     return out;
 }
 
-bool has_structure(const fit::Fit& fit, std::span<const fit::ObservedRecording> recordings,
-                   const Policy& policy) {
+bool has_structure(const fit::Fit& fit, const SetVerdict& verdict, const Policy& policy) {
     const auto readings = static_cast<double>(std::max<std::size_t>(fit.readings, 1));
     const bool is_above_noise = !fit.is_noise_known_anywhere() ||
                                 std::sqrt(misfit(fit) / readings) > policy.immaterial_noise;
-    return is_above_noise && verdict_on(fit, recordings, policy).finding == Finding::Inadequate;
+    return is_above_noise && verdict.finding == Finding::Inadequate;
 }
 
 double explained_share(const fit::Fit& fit, const fit::Fit& first) {
@@ -145,10 +144,10 @@ double explained_share(const fit::Fit& fit, const fit::Fit& first) {
     return before > 0.0 ? std::clamp(1.0 - misfit(fit) / before, 0.0, 1.0) : 0.0;
 }
 
-bool leaves_too_much(const fit::Fit& fit, const fit::Fit& first,
-                     std::span<const fit::ObservedRecording> recordings, const Policy& policy) {
+bool leaves_too_much(const fit::Fit& fit, const SetVerdict& verdict, const fit::Fit& first,
+                     const Policy& policy) {
     return 1.0 - explained_share(fit, first) > policy.unexplained_share &&
-           has_structure(fit, recordings, policy);
+           has_structure(fit, verdict, policy);
 }
 
 void refuse_without_motion(const measure::Measurement& measurement, std::optional<double> window) {

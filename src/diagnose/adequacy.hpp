@@ -48,22 +48,24 @@ struct SetVerdict {
     double p_value = 1.0;
     std::string reason;
 };
+template <class Wire>
+void fields(Wire& wire, SetVerdict& verdict) {
+    wire(verdict.finding, verdict.p_value, verdict.reason);
+}
 [[nodiscard]] SetVerdict verdict_on(const fit::Fit& fit,
                                     std::span<const fit::ObservedRecording> recordings,
                                     const Policy& policy = {});
 
 /// Does the fit fail the tests with a residual above the noise that a user can ignore?
-[[nodiscard]] bool has_structure(const fit::Fit& fit,
-                                 std::span<const fit::ObservedRecording> recordings,
+[[nodiscard]] bool has_structure(const fit::Fit& fit, const SetVerdict& verdict,
                                  const Policy& policy);
 
 /// Share of the misfit of `first` (χ² above the noise) that `fit` explains, from 0 to 1.
 [[nodiscard]] double explained_share(const fit::Fit& fit, const fit::Fit& first);
 
 /// Does `fit` have structure and leave more of the misfit of `first` than an answer may?
-[[nodiscard]] bool leaves_too_much(const fit::Fit& fit, const fit::Fit& first,
-                                   std::span<const fit::ObservedRecording> recordings,
-                                   const Policy& policy);
+[[nodiscard]] bool leaves_too_much(const fit::Fit& fit, const SetVerdict& verdict,
+                                   const fit::Fit& first, const Policy& policy);
 
 /// Throws core::InputError if the readings after the release, up to `window` seconds if given, are
 /// consistent with noise alone: their χ² is hardly above its mean n. A fit to them would not

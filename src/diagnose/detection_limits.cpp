@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/detection_limits.hpp"
 
+#include "core/order_statistics.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
+#include <numeric>
 #include <optional>
 
 namespace culm::diagnose {
@@ -15,17 +17,14 @@ namespace {
 constexpr double detected_at = 3.0; ///< standard deviations of the noise
 constexpr auto no_parameter = std::numeric_limits<std::size_t>::max();
 
-Eigen::Map<const Eigen::VectorXd> vector_of(const EffectColumn& column) {
-    return {column.readings.data(), static_cast<Eigen::Index>(column.readings.size())};
-}
-
 /// The column by which the effect is seen best: from where it is absent to a usual size, if that
 /// was computed, because derivatives may vanish where the effect is absent.
 struct Signature {
     const EffectNode* node = nullptr;
     const EffectColumn* column = nullptr;
-    double length = 0.0; ///< of the part that the model cannot imitate, for a size of 1
-    double slope = 0.0;  ///< likewise of the derivative, if there is a secant too
+    Eigen::Index place = 0; ///< in the view
+    double length = 0.0;    ///< of the part that the model cannot imitate, for a size of 1
+    double slope = 0.0;     ///< likewise of the derivative, if there is a secant too
 
     /// Size at which the signature reaches detected_at: a s + b s² from derivative and secant, a
     /// straight line if it grows more slowly than that.
@@ -40,40 +39,59 @@ struct Signature {
     }
 };
 
+/// Where a node's column is, and what it shows.
+struct SeenColumn {
+    const EffectNode* node = nullptr;
+    const EffectColumn* column = nullptr;
+    Eigen::Index place = 0; ///< in the view
+    double length = 0.0;    ///< of the part that the model cannot imitate
+};
+
+std::vector<SeenColumn> columns_of(const EffectView& view, std::size_t candidate) {
+    std::vector<SeenColumn> columns;
+    const EffectColumns& of = view.columns[candidate];
+    Eigen::Index place = view.first_column(candidate, 0);
+    for (const EffectNode& node : of.nodes)
+        for (const EffectColumn& column : node.columns) {
+            columns.push_back({&node, &column, place, std::sqrt(view.gram_matrix()(place, place))});
+            ++place;
+        }
+    return columns;
+}
+
 /// Of an effect whose location alone changes the model: the derivative by its size where the
 /// location changes least. Empty for other effects.
-std::optional<Signature> signature_beside_offset(const EffectColumns& columns,
-                                                 const fit::Projector& own) {
+std::optional<Signature> signature_beside_offset(const std::vector<SeenColumn>& columns) {
     std::optional<Signature> out;
     double least = std::numeric_limits<double>::infinity();
-    for (const EffectNode& node : columns.nodes)
-        if (node.has_offset() && node.columns.size() > 1)
-            if (const double offset = own.remainder(vector_of(node.columns[0])).norm();
-                offset < least) {
-                least = offset;
-                out = {&node, &node.columns[1], own.remainder(vector_of(node.columns[1])).norm(),
-                       0.0};
-            }
+    for (std::size_t k = 0; k + 1 < columns.size(); ++k) {
+        const SeenColumn& offset = columns[k];
+        const SeenColumn& next = columns[k + 1];
+        if (offset.column == &offset.node->columns.front() && offset.node->has_offset() &&
+            next.node == offset.node && offset.length < least) {
+            least = offset.length;
+            out = {next.node, next.column, next.place, next.length, 0.0};
+        }
+    }
     return out;
 }
 
-Signature signature_of(const EffectColumns& columns, const fit::Projector& own) {
-    if (const auto beside = signature_beside_offset(columns, own))
+Signature signature_of(const std::vector<SeenColumn>& columns) {
+    if (const auto beside = signature_beside_offset(columns))
         return *beside;
     Signature out;
     std::map<std::size_t, double> slopes; // by parameter
-    for (const EffectNode& node : columns.nodes)
-        for (const EffectColumn& column : node.columns) {
-            if (!column.is_certain && column.parameter == no_parameter)
-                continue;
-            const double length = own.remainder(vector_of(column)).norm();
-            const bool is_secant = column.secant != 0.0;
-            if (!is_secant)
-                slopes[column.parameter] = std::max(slopes[column.parameter], length);
-            const bool has_secant = out.column != nullptr && out.column->secant != 0.0;
-            if (is_secant == has_secant ? length > out.length : is_secant)
-                out = {&node, &column, length, 0.0};
-        }
+    for (const SeenColumn& each : columns) {
+        const EffectColumn& column = *each.column;
+        if (!column.is_certain && column.parameter == no_parameter)
+            continue;
+        const bool is_secant = column.secant != 0.0;
+        if (!is_secant)
+            slopes[column.parameter] = std::max(slopes[column.parameter], each.length);
+        const bool has_secant = out.column != nullptr && out.column->secant != 0.0;
+        if (is_secant == has_secant ? each.length > out.length : is_secant)
+            out = {each.node, each.column, each.place, each.length, 0.0};
+    }
     if (out.column != nullptr && out.column->secant != 0.0)
         out.slope = slopes[out.column->parameter];
     return out;
@@ -81,24 +99,18 @@ Signature signature_of(const EffectColumns& columns, const fit::Projector& own) 
 
 /// Relative bias of a parameter fitted without the effect, which changes the fitted parameters by
 /// `hidden_by`; the truth is `ratio` times as large.
-double bias(const SearchResult& search, const Eigen::VectorXd& hidden_by,
-            const physics::ParameterId& id, double ratio) {
-    const auto found = std::ranges::find(search.best_fit.system.ids, id);
-    if (found == search.best_fit.system.ids.end() || !(ratio > 0.0))
+double bias(const fit::Fit& best, const Eigen::VectorXd& hidden_by, const physics::ParameterId& id,
+            double ratio) {
+    const auto found = std::ranges::find(best.parameters, id, &fit::FittedParameter::id);
+    if (found == best.parameters.end() || !(ratio > 0.0))
         return 0.0;
-    const auto place = found - search.best_fit.system.ids.begin();
-    const fit::FittedParameter& parameter =
-        search.best_fit.parameters[static_cast<std::size_t>(place)];
-    const double per_value =
-        fit::coordinate_slope(parameter.fitted_as, parameter.value) * parameter.value;
-    return (1.0 + hidden_by(place) / per_value) / ratio - 1.0;
+    const double per_value = fit::coordinate_slope(found->fitted_as, found->value) * found->value;
+    return (1.0 + hidden_by(found - best.parameters.begin()) / per_value) / ratio - 1.0;
 }
 
 /// Sets the parameter, its unit and value for a size in standard deviations of the prior.
-void name(const SearchResult& search, const physics::SelectedEffect& effect, std::size_t parameter,
+void name(const fit::StemModel& model, const physics::SelectedEffect& effect, std::size_t parameter,
           double size, DetectionLimit& limit) {
-    const fit::StemModel model = candidate_model(search.best_fit.parts.front().model, {effect},
-                                                 search.chain.recordings.front());
     std::size_t own = 0;
     for (const fit::FreeParameter& each : model.parameters)
         if (each.access.id.effect == limit.effect && own++ == parameter) {
@@ -125,39 +137,91 @@ void name(const SearchResult& search, const physics::SelectedEffect& effect, std
     limit.is_beyond_bounds = !(limit.value <= known.upper);
 }
 
-DetectionLimit limit_of(const SearchResult& search, const fit::Projector& own,
-                        const CandidateView& view) {
+DetectionLimit limit_of(const SearchResult& search, const fit::StemModel& best, std::size_t c) {
+    const physics::SelectedEffect& effect = search.stems->options().candidates[c];
+    const EffectView& view = search.about->view(0);
     DetectionLimit limit;
-    limit.effect = view.effect.effect->name();
-    limit.failure = view.columns.failure;
+    limit.effect = effect.effect->name();
+    limit.failure = view.columns[c].failure;
     if (!limit.failure.empty())
         return limit;
-    const Signature signature = signature_of(view.columns, own);
+    const Signature signature = signature_of(columns_of(view, c));
     if (signature.column == nullptr) {
         limit.failure = "no run shows what it does";
         return limit;
     }
     const double size = signature.size();
-    name(search, view.effect, signature.column->parameter, size, limit);
+    name(candidate_model(best, {effect}, (*search.stems)[0].recordings.front()), effect,
+         signature.column->parameter, size, limit);
     if (!std::isfinite(size))
         return limit;
     const double secant = signature.column->secant;
     const double share = secant == 0.0 ? 0.0 : size / secant;
-    const Eigen::VectorXd hidden_by = size * own.coefficients(vector_of(*signature.column));
-    limit.youngs_modulus_bias = bias(search, hidden_by, physics::bond_youngs_modulus,
+    const Eigen::VectorXd hidden_by = size * view.coefficient_matrix().col(signature.place);
+    const fit::Fit& fit = search.best_model().stems[0].fit;
+    limit.youngs_modulus_bias = bias(fit, hidden_by, physics::bond_youngs_modulus,
                                      std::pow(signature.node->modulus_ratio, share));
-    limit.damping_bias = bias(search, hidden_by, physics::bond_damping,
+    limit.damping_bias = bias(fit, hidden_by, physics::bond_damping,
                               1.0 + share * (signature.node->damping_ratio - 1.0));
     return limit;
+}
+
+/// What one stem shows of the first size of a candidate, per coordinate; 0: nothing.
+double information_of(const EffectView& view, std::size_t candidate, std::size_t& parameter) {
+    if (view.columns.empty())
+        return 0.0;
+    for (const SeenColumn& each : columns_of(view, candidate))
+        if (each.column->parameter < view.priors[candidate].size() && each.length > 0.0) {
+            parameter = each.column->parameter;
+            return std::pow(each.length / view.priors[candidate][parameter].deviation, 2);
+        }
+    return 0.0;
 }
 
 } // namespace
 
 std::vector<DetectionLimit> detection_limits(const SearchResult& search) {
-    const fit::Projector own(search.best_fit.system.jacobian);
+    const fit::StemModel best = search.rerun(search.best, 0).parts.front().model;
     std::vector<DetectionLimit> limits;
-    for (const CandidateView& view : search.views)
-        limits.push_back(limit_of(search, own, view));
+    for (std::size_t c = 0; c < search.stems->options().candidates.size(); ++c)
+        if (!fit::contains(search.best_model().stems[0].fit.effects,
+                           search.stems->options().candidates[c]) &&
+            search.about->view(0).columns[c].failure != combination_failure)
+            limits.push_back(limit_of(search, best, c));
+    return limits;
+}
+
+std::vector<SharedLimit> shared_limits(const SearchResult& search) {
+    std::vector<SharedLimit> limits;
+    const Stems& stems = *search.stems;
+    for (std::size_t c = 0; c < stems.options().candidates.size(); ++c) {
+        const physics::SelectedEffect& candidate = stems.options().candidates[c];
+        if (candidate.effect->belongs_to() != physics::BelongsTo::Rig)
+            continue;
+        for (const std::string& rig : stems.rigs()) {
+            std::vector<double> information;
+            std::size_t parameter = 0;
+            ParameterPrior prior;
+            for (const std::size_t s : stems.on_rig(rig))
+                if (const double own = information_of(search.about->view(s), c, parameter);
+                    own > 0.0) {
+                    information.push_back(own);
+                    prior = search.about->view(s).priors[c][parameter];
+                }
+            if (information.empty())
+                continue;
+            const physics::EffectParameter card =
+                candidate.effect->parameters()[free_parameters(candidate)[parameter]];
+            const auto value = [&](double in_all) {
+                return fit::from_coordinate(
+                    card.fitted_as,
+                    prior.absent + std::copysign(detected_at / std::sqrt(in_all), prior.deviation));
+            };
+            limits.push_back({candidate.effect->name(), rig, card.name, card.unit,
+                              value(core::median(information)),
+                              value(std::accumulate(information.begin(), information.end(), 0.0))});
+        }
+    }
     return limits;
 }
 

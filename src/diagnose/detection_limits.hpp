@@ -2,8 +2,9 @@
 // The smallest size at which an effect would be detected in addition to the best model.
 #pragma once
 
-#include "diagnose/model_search.hpp"
+#include "diagnose/search.hpp"
 
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -21,9 +22,23 @@ struct DetectionLimit {
     double damping_bias = 0.0;
 };
 
-/// Detection limits of all candidates that the best model of a search does not contain, from the
-/// columns of its last prediction. An effect with several locations or sizes is seen in the one
-/// that is seen best. The part that the model's own parameters can imitate is removed.
+/// Detection limits of all candidates that the best model of a search of one stem does not contain,
+/// from the columns of its last prediction. An effect with several locations or sizes is seen in
+/// the one that is seen best. The part that the model's own parameters can imitate is removed.
 [[nodiscard]] std::vector<DetectionLimit> detection_limits(const SearchResult& search);
+
+/// Detection limit of an effect of a rig.
+struct SharedLimit {
+    std::string effect;
+    std::string rig;
+    std::string parameter;
+    std::string unit;
+    double of_one = std::numeric_limits<double>::infinity(); ///< of the median stem
+    double of_all = std::numeric_limits<double>::infinity(); ///< of all stems together
+};
+
+/// Three standard deviations of the first size of every candidate of a rig that the best model does
+/// not contain, with the shared numbers known.
+[[nodiscard]] std::vector<SharedLimit> shared_limits(const SearchResult& search);
 
 } // namespace culm::diagnose

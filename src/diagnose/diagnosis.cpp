@@ -2,8 +2,6 @@
 #include "diagnose/diagnosis.hpp"
 
 #include "core/error.hpp"
-#include "diagnose/final_models.hpp"
-#include "diagnose/planned_model.hpp"
 #include "fit/fit_numbers.hpp"
 #include "fit/start/coarse_chain.hpp"
 #include "physics/effects/library.hpp"
@@ -11,6 +9,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 #include <fmt/format.h>
@@ -18,44 +17,32 @@
 namespace culm::diagnose {
 namespace {
 
-std::vector<std::string> names_of(const fit::SelectedEffects& effects,
-                                  const DiagnosisOptions& options) {
-    std::vector<std::string> names;
-    for (std::size_t k = options.known.size(); k < effects.size(); ++k)
-        names.push_back(effects[k].effect->name());
-    return names;
-}
-
-fit::Fit fit_of(const SearchResult& search, std::size_t model, const DiagnosisOptions& options) {
-    if (model == search.best)
-        return search.best_fit;
-    if (model == 0 && options.known.empty())
-        return search.chain.fit;
-    return fit::rerun(search.visited[model].fit, search.chain.recordings, options.candidate);
-}
-
 /// Was the model fitted with every other law of the library of the effect's family instead of it,
 /// and does each fail the tests for lack of fit?
-bool is_only_law(const SearchResult& search, std::size_t model, const std::string& effect) {
-    const fit::SelectedEffects& effects = search.visited[model].fit.effects;
-    const auto own = std::ranges::find_if(
-        effects, [&](const auto& each) { return each.effect->name() == effect; });
+bool is_only_law(const SearchResult& search, std::size_t model, const OwnedEffect& name) {
+    const std::vector<ActingEffect>& effects = search.visited[model].effects;
+    const auto own = std::ranges::find(effects, name, owned);
     if (own == effects.end())
         return false;
+    const auto is_inadequate = [](const StemFit& stem) {
+        return stem.verdict.finding == Finding::Inadequate;
+    };
     return std::ranges::all_of(physics::all_effects(), [&](const physics::EffectPointer& other) {
-        if (other->name() == effect || other->family() != own->effect->family())
+        if (other->name() == name.first || other->family() != own->effect.effect->family())
             return true;
-        fit::SelectedEffects swapped = effects;
-        swapped[static_cast<std::size_t>(own - effects.begin())] =
+        std::vector<ActingEffect> swapped = effects;
+        swapped[static_cast<std::size_t>(own - effects.begin())].effect =
             physics::parse_effect(other->name(), {});
-        return std::ranges::any_of(search.visited, [&](const VisitedModel& each) {
-            return each.is_inadequate && key_of(each.fit.effects) == key_of(swapped);
+        return std::ranges::any_of(search.visited, [&](const Model& each) {
+            return std::ranges::any_of(each.stems, is_inadequate) &&
+                   key_of(each.effects) == key_of(swapped);
         });
     });
 }
 
 /// The sets of families that hold 95 % of the probability, and the families common to all.
-void add_alternatives(const SearchResult& search, const DiagnosisOptions& options, Diagnosis& out) {
+void add_alternatives(const SearchResult& search, Diagnosis& out) {
+    const DiagnosisOptions& options = search.stems->options();
     double held = 0.0;
     for (const FamilyExplanation& entry : out.posterior.by_family) {
         if (held >= options.policy.held_probability)
@@ -65,21 +52,20 @@ void add_alternatives(const SearchResult& search, const DiagnosisOptions& option
         for (NamedFamily& named : added.families)
             named.is_open = physics::is_one_law(named.family) &&
                             !(named.members.size() == 1 &&
-                              is_only_law(search, entry.model, named.members.front()));
+                              is_only_law(search, entry.model, {named.members.front(), named.rig}));
     }
     out.families = out.alternatives.front().families;
     for (const FamilyExplanation& other : out.alternatives)
         std::erase_if(out.families, [&](const NamedFamily& named) {
-            return std::ranges::find(other.families, named.family, &NamedFamily::family) ==
-                   other.families.end();
+            return std::ranges::none_of(
+                other.families, [&](const NamedFamily& each) { return each.is_same_as(named); });
         });
 }
 
-void add_model(const SearchResult& search, const DiagnosisOptions& options, std::size_t model,
-               Diagnosis& out) {
+void add_model(const SearchResult& search, std::size_t model, Diagnosis& out) {
     SearchedModel& added = out.ladder.emplace_back();
-    added.fit = fit_of(search, model, options);
-    const SetVerdict verdict = verdict_on(added.fit, search.chain.recordings, options.policy);
+    added.fit = search.rerun(model, 0);
+    const SetVerdict& verdict = search.visited[model].stems[0].verdict;
     added.finding = verdict.finding;
     added.p_value = verdict.p_value;
     added.tests = verdict.reason;
@@ -87,13 +73,13 @@ void add_model(const SearchResult& search, const DiagnosisOptions& options, std:
 }
 
 /// Steps from the published chain to the answer, via the best model with one of its effects.
-void climb_to(const SearchResult& search, const DiagnosisOptions& options, std::size_t answer,
-              Diagnosis& out) {
-    add_model(search, options, 0, out);
-    if (const auto part = likeliest_part(search, answer, options))
-        add_model(search, options, *part, out);
+void climb_to(const SearchResult& search, std::size_t answer, Diagnosis& out) {
+    add_model(search, 0, out);
+    if (const auto part = likeliest_part(search.visited, answer))
+        add_model(search, *part, out);
     if (answer != 0)
-        add_model(search, options, answer, out);
+        add_model(search, answer, out);
+    out.baseline = out.ladder.front().fit;
     out.final_fit = out.ladder.back().fit;
 }
 
@@ -118,20 +104,31 @@ void add_residual(Diagnosis& out) {
         swing > 0.0 ? out.unexplained / std::sqrt(swing / std::max(readings, 1.0)) : 0.0;
 }
 
-void conclude(const SearchResult& search, const DiagnosisOptions& options, Diagnosis& out) {
-    const auto is_chain = [](const FamilyExplanation& each) { return each.families.empty(); };
-    const bool chain_is_likely = std::ranges::any_of(out.alternatives, is_chain);
-    const SearchedModel& last = out.ladder.back();
-    if (leaves_too_much(last.fit, out.ladder.front().fit, search.chain.recordings,
-                        options.policy)) {
-        out.conclusion = Conclusion::Unknown;
-        out.reason = fmt::format(
+std::string why_unknown(const Stems& stems, const Model& answer, const Diagnosis& out) {
+    if (stems.is_one()) {
+        const std::string& tests = answer.stems[0].verdict.reason;
+        return fmt::format(
             "the best model fails the tests for lack of fit{} and leaves {:.0f} % of the misfit",
-            last.tests.empty() ? "" : fmt::format(" ({})", last.tests),
-            100.0 * (1.0 - out.explained));
-    } else if (chain_is_likely && out.ladder.front().finding == Finding::Undecided) {
+            tests.empty() ? "" : fmt::format(" ({})", tests), 100.0 * (1.0 - out.explained));
+    }
+    return "the residuals of more than half of the stems have structure that no model explains";
+}
+
+void conclude(const SearchResult& search, Diagnosis& out) {
+    const Stems& stems = *search.stems;
+    const Model& answer = search.visited[out.alternatives.front().model];
+    const auto is_chain = [](const FamilyExplanation& each) { return each.families.empty(); };
+    const auto chain = std::ranges::find_if(out.alternatives, is_chain);
+    // Of several stems, an effect that the readings do not exclude biases all of them.
+    const bool chain_is_likely =
+        chain != out.alternatives.end() && (stems.is_one() || out.alternatives.size() == 1);
+    const SetVerdict& of_chain = search.visited.front().stems[0].verdict;
+    if (most_leave_too_much(stems, answer, search.visited.front())) {
         out.conclusion = Conclusion::Unknown;
-        out.reason = out.ladder.front().tests;
+        out.reason = why_unknown(stems, answer, out);
+    } else if (chain_is_likely && stems.is_one() && of_chain.finding == Finding::Undecided) {
+        out.conclusion = Conclusion::Unknown;
+        out.reason = of_chain.reason;
     } else if (chain_is_likely) {
         out.conclusion = Conclusion::Adequate;
         out.reason = "no other explanation is needed for 95 % of the probability";
@@ -144,18 +141,20 @@ void conclude(const SearchResult& search, const DiagnosisOptions& options, Diagn
                                        out.alternatives.size());
     }
     if (out.conclusion == Conclusion::Effect || out.conclusion == Conclusion::Tie)
-        out.effects = names_of(search.visited[out.alternatives.front().model].fit.effects, options);
+        for (const auto& [effect, rig] : added_names(answer.effects))
+            out.effects.push_back(effect);
     else
         out.families.clear();
     out.probability = out.alternatives.front().probability;
     if (out.conclusion == Conclusion::Adequate)
-        out.probability = std::ranges::find_if(out.alternatives, is_chain)->probability;
+        out.probability = chain->probability;
 }
 
 /// A model with a candidate effect whose size is the detection limit of this recording.
-Rival just_visible(const fit::Fit& answer, const CandidateView& view, const DetectionLimit& limit) {
+Rival just_visible(const fit::Fit& answer, const physics::SelectedEffect& effect,
+                   const DetectionLimit& limit) {
     Rival rival{answer, limit.effect};
-    rival.fit.effects.push_back(view.effect);
+    rival.fit.effects.push_back(effect);
     fit::FittedParameter size;
     size.id = {limit.effect, limit.parameter, {}};
     size.value = limit.value;
@@ -168,26 +167,71 @@ Rival just_visible(const fit::Fit& answer, const CandidateView& view, const Dete
 std::optional<std::pair<Rival, Rival>> pair_to_separate(const SearchResult& search,
                                                         const Diagnosis& out) {
     const std::size_t answer = out.alternatives.front().model;
-    const Rival own{search.visited[answer].fit, {}};
+    const Rival own{search.visited[answer].stems[0].fit, {}};
     if (out.alternatives.size() > 1 && out.alternatives[1].model != answer)
-        return std::pair(own, Rival{search.visited[out.alternatives[1].model].fit, {}});
+        return std::pair(own, Rival{search.visited[out.alternatives[1].model].stems[0].fit, {}});
     if (out.conclusion == Conclusion::Unknown || answer != search.best)
         return std::nullopt;
     const auto harm = [](const DetectionLimit& limit) {
         return std::max(std::abs(limit.youngs_modulus_bias), std::abs(limit.damping_bias));
     };
-    std::optional<std::size_t> worst;
-    for (std::size_t k = 0; k < out.blind_spots.size(); ++k) {
-        const DetectionLimit& limit = out.blind_spots[k];
-        // No change of the experiment reveals an effect out of the plane.
-        if (limit.failure.empty() && !limit.is_beyond_bounds && !limit.parameter.empty() &&
-            search.views[k].effect.effect->dimensions() < 3 &&
-            (!worst || harm(limit) > harm(out.blind_spots[*worst])))
-            worst = k;
-    }
-    if (!worst)
+    const DetectionLimit* worst = nullptr;
+    const physics::SelectedEffect* effect = nullptr;
+    for (const DetectionLimit& limit : out.blind_spots)
+        for (const physics::SelectedEffect& candidate : search.stems->options().candidates)
+            // No change of the experiment reveals an effect out of the plane.
+            if (candidate.effect->name() == limit.effect && limit.failure.empty() &&
+                !limit.is_beyond_bounds && !limit.parameter.empty() &&
+                candidate.effect->dimensions() < 3 &&
+                (worst == nullptr || harm(limit) > harm(*worst))) {
+                worst = &limit;
+                effect = &candidate;
+            }
+    if (worst == nullptr)
         return std::nullopt;
-    return std::pair(just_visible(own.fit, search.views[*worst], out.blind_spots[*worst]), own);
+    return std::pair(just_visible(own.fit, *effect, *worst), own);
+}
+
+/// The smallest number of spheres that suffices for the search, for all stems.
+int spheres_of_search(std::span<const Specimen> specimens, const DiagnosisOptions& options) {
+    const std::vector<double> costs(specimens.size(), 1.0);
+    return std::ranges::max(
+        options.map.values(costs, [&](std::size_t s, const run::Heartbeat& heartbeat) {
+            return fit::coarsest_chain(specimens[s].recordings,
+                                       fit::with_heartbeat(options.candidate, heartbeat));
+        }));
+}
+
+bool has_spheres(std::span<const Specimen> specimens, const DiagnosisOptions& options,
+                 int spheres) {
+    return std::ranges::all_of(specimens, [&](const Specimen& specimen) {
+        return std::ranges::all_of(specimen.recordings, [&](const auto& recording) {
+            return fit::chain_of(recording, options.candidate.chain).spec.stem.sphere_count <=
+                   spheres;
+        });
+    });
+}
+
+/// What is told of one stem alone.
+void add_details(const SearchResult& search, Diagnosis& out) {
+    const DiagnosisOptions& options = search.stems->options();
+    const ObservedStem& stem = (*search.stems)[0];
+    out.blind_spots = detection_limits(search);
+    if (const std::optional<std::pair<Rival, Rival>> pair = pair_to_separate(search, out)) {
+        options.report("computing which experiment distinguishes best");
+        try {
+            out.next_experiments =
+                next_experiments(*pair, stem.recordings, options.candidate, options.map);
+        } catch (const core::NumericalError&) {
+            // A rival that cannot be computed again leaves the answer without a proposal.
+        }
+    }
+    if (out.conclusion == Conclusion::Unknown && out.ladder.back().finding == Finding::Inadequate) {
+        options.report("reconstructing the missing force");
+        // A partial explanation may be the wrong effect, so the force replaces all effects.
+        out.missing_force = reconstruct_missing_force(search.rerun(0, 0), options.known,
+                                                      stem.recordings, options.candidate);
+    }
 }
 
 } // namespace
@@ -197,61 +241,74 @@ std::string_view to_string(Conclusion conclusion) {
     return names[static_cast<std::size_t>(conclusion)];
 }
 
-Diagnosis decide(SearchResult& search, const DiagnosisOptions& options) {
+Diagnosis decide(const SearchResult& search) {
+    const Stems& stems = *search.stems;
     Diagnosis out;
-    out.policy = options.policy;
-    out.posterior = posterior_of(search, options);
+    out.policy = stems.options().policy;
+    out.posterior = posterior_of(search);
     out.batches = search.batches;
     out.is_complete = search.is_complete;
-    add_alternatives(search, options, out);
-    climb_to(search, options, out.alternatives.front().model, out);
-    add_residual(out);
-    conclude(search, options, out);
+    add_alternatives(search, out);
+    if (stems.is_one()) {
+        climb_to(search, out.alternatives.front().model, out);
+        add_residual(out);
+    }
+    conclude(search, out);
+    const std::size_t answer =
+        out.conclusion == Conclusion::Adequate ? 0 : out.alternatives.front().model;
+    out.answers = effect_answers(search, out.posterior, answer);
+    out.stems = stem_answers(search, answer);
+    out.before = population_of(out.stems, &StemAnswer::before);
+    out.after = population_of(out.stems, &StemAnswer::after);
     if (!search.unvisited.empty()) {
         const UnvisitedModel& model = search.unvisited.front();
-        out.largest_unvisited = {names_of(model.effects, options),
-                                 model.log_evidence - search.visited[search.best].log_evidence};
+        out.largest_unvisited = {added_names(model.effects),
+                                 model.log_evidence - search.best_model().log_evidence};
     }
-    out.baseline = std::move(search.chain.fit);
     return out;
 }
 
-Diagnosis diagnose(std::span<const measure::Measurement> recordings, DiagnosisOptions options) {
+Diagnosis diagnose(std::span<const Specimen> specimens, DiagnosisOptions options) {
+    std::vector<measure::Measurement> recordings;
+    for (const Specimen& specimen : specimens)
+        std::ranges::copy(specimen.recordings, std::back_inserter(recordings));
     if (options.candidates.empty())
         options.candidates = fit::candidate_effects(recordings);
     options.candidates = fit::in_library_order(std::move(options.candidates));
     std::erase_if(options.candidates,
                   [&](const auto& each) { return fit::contains(options.known, each); });
     for (const measure::Measurement& recording : recordings)
-        refuse_without_motion(recording, options.candidate.window);
+        if (specimens.size() == 1)
+            refuse_without_motion(recording, options.candidate.window);
     DiagnosisOptions coarse = options;
-    coarse.candidate.chain.spheres = fit::coarsest_chain(recordings, options.candidate);
-    SearchResult search = search_models(recordings, coarse);
-    SearchResult final = with_stated_chain(search, recordings, coarse, options);
-    if (key_of(final.best_fit.effects) != key_of(search.best_fit.effects)) {
-        // The coarse chain led to another model.
-        coarse = options;
-        search = search_models(recordings, options);
-        final = search;
-    }
-    Diagnosis out = decide(final, options);
-    out.blind_spots = detection_limits(search);
-    if (const std::optional<std::pair<Rival, Rival>> pair = pair_to_separate(search, out)) {
-        options.report("computing which experiment distinguishes best");
-        try {
-            out.next_experiments =
-                next_experiments(*pair, search.chain.recordings, coarse.candidate, options.map);
-        } catch (const core::NumericalError&) {
-            // A rival that cannot be computed again leaves the answer without a proposal.
-        }
-    }
-    if (out.conclusion == Conclusion::Unknown && out.ladder.back().finding == Finding::Inadequate) {
-        options.report("reconstructing the missing force");
-        // A partial explanation may be the wrong effect, so the force replaces all effects.
-        out.missing_force = reconstruct_missing_force(fit_of(search, 0, coarse), options.known,
-                                                      search.chain.recordings, coarse.candidate);
-    }
-    return out;
+    const int spheres = spheres_of_search(specimens, options);
+    const bool is_coarse = !has_spheres(specimens, options, spheres);
+    if (is_coarse)
+        coarse.candidate.chain.spheres = spheres;
+    const SearchResult search = search_models(specimens, coarse);
+    const auto answer_of = [&](const SearchResult& models, const SearchResult& about) {
+        Diagnosis out = decide(models);
+        if (specimens.size() == 1)
+            add_details(about, out);
+        else
+            out.shared_limits = shared_limits(about);
+        return out;
+    };
+    if (!is_coarse)
+        return answer_of(search, search);
+    const SearchResult final = with_stated_chain(search, options);
+    if (key_of(final.best_model().effects) == key_of(search.best_model().effects))
+        return answer_of(final, search);
+    // The coarse chain led to another model.
+    const SearchResult again = search_models(specimens, options);
+    return answer_of(again, again);
+}
+
+Diagnosis diagnose(std::span<const measure::Measurement> recordings, DiagnosisOptions options) {
+    const Specimen one{recordings.front().specimen_name(),
+                       recordings.front().rig,
+                       {recordings.begin(), recordings.end()}};
+    return diagnose({&one, 1}, std::move(options));
 }
 
 } // namespace culm::diagnose

@@ -2,13 +2,10 @@
 // Which effects the recordings require: the posterior over models, reported as a verdict.
 #pragma once
 
-#include "core/item_map.hpp"
-#include "diagnose/adequacy.hpp"
+#include "diagnose/answers.hpp"
 #include "diagnose/detection_limits.hpp"
 #include "diagnose/experiment/next_experiment.hpp"
 #include "diagnose/missing_force/missing_force.hpp"
-#include "diagnose/posterior.hpp"
-#include "fit/fit_model.hpp"
 
 #include <optional>
 #include <span>
@@ -19,10 +16,12 @@
 namespace culm::diagnose {
 
 enum class Conclusion {
-    Adequate, ///< the published chain belongs to the models that hold 95 % of the probability
-    Effect,   ///< one set of families holds 95 %
-    Tie,      ///< several sets of families are needed
-    Unknown   ///< the best model's residual has structure too large to ignore
+    /// The published chain belongs to the smallest set of explanations that holds 95 % of the
+    /// probability; of several stems it has 95 %.
+    Adequate,
+    Effect, ///< one set of families holds 95 %
+    Tie,    ///< several sets of families are needed
+    Unknown ///< the best model's residual has structure too large to ignore
 };
 /// "adequate", "effect", "tie", "unknown".
 [[nodiscard]] std::string_view to_string(Conclusion conclusion);
@@ -38,7 +37,7 @@ struct SearchedModel {
 
 /// A model that was only predicted.
 struct PredictedModel {
-    std::vector<std::string> effects;
+    std::vector<OwnedEffect> effects;
     double log_evidence = 0.0; ///< over that of the best model
 };
 
@@ -49,30 +48,42 @@ struct Diagnosis {
     double probability = 0.0;          ///< of the explanation, or of the published chain
     std::vector<NamedFamily> families; ///< that all explanations which hold 95 % share
     std::vector<FamilyExplanation> alternatives; ///< these explanations, likeliest first
+    std::vector<EffectAnswer> answers;           ///< effects with their probability and size
+    std::vector<StemAnswer> stems;
+    Population before; ///< of several stems
+    Population after;
     Posterior posterior;
-    std::vector<SearchedModel> ladder;       ///< the baseline first, the answer last
-    double explained = 0.0;                  ///< share of the baseline's χ² above the noise
-    double unexplained = 0.0;                ///< rms of the residual above the noise, m
-    double unexplained_share = 0.0;          ///< of the rms of the swing
-    std::vector<DetectionLimit> blind_spots; ///< what the best model does not contain
     std::optional<PredictedModel> largest_unvisited;
-    std::vector<Experiment> next_experiments; ///< the most informative first
-    std::optional<MissingForce> missing_force;
-    fit::Fit baseline;       ///< the published chain
-    fit::Fit final_fit;      ///< of the last model of the ladder
+    std::vector<SharedLimit>
+        shared_limits;       ///< of rigs' effects that the best model does not contain
     Policy policy;           ///< by which the answer was found
     int batches = 0;         ///< of lanes that were run for the fits of models
     bool is_complete = true; ///< false: the search ended at the largest number of models
+
+    // Of one stem.
+    std::vector<SearchedModel> ladder;        ///< the baseline first, the answer last
+    double explained = 0.0;                   ///< share of the baseline's χ² above the noise
+    double unexplained = 0.0;                 ///< rms of the residual above the noise, m
+    double unexplained_share = 0.0;           ///< of the rms of the swing
+    std::vector<DetectionLimit> blind_spots;  ///< what the best model does not contain
+    std::vector<Experiment> next_experiments; ///< the most informative first
+    std::optional<MissingForce> missing_force;
+    fit::Fit baseline;  ///< the published chain
+    fit::Fit final_fit; ///< of the last model of the ladder
 };
 
-/// The verdict on the models of search_models(), without detection limits, next experiments and
-/// missing force. Takes the fits of the published chain from the search.
-[[nodiscard]] Diagnosis decide(SearchResult& search, const DiagnosisOptions& options);
+/// The verdict on the models of a search, without detection limits, next experiments and missing
+/// force.
+[[nodiscard]] Diagnosis decide(const SearchResult& search);
 
-/// decide() on the models of search_models(), with detection limits, next experiments and, for
-/// Unknown, the missing force. Default candidates: candidate_effects(); those that fail are listed.
-/// Throws core::InputError if a recording shows no motion, core::NumericalError if the published
-/// chain cannot be fitted, run::Abandoned if the heartbeat says so.
+/// Diagnoses one stem, or several together (specimens_of()). Default candidates:
+/// candidate_effects(); those that fail are listed. Throws core::InputError if the only stem shows
+/// no motion, core::NumericalError if no published chain can be fitted, run::Abandoned if the
+/// heartbeat says so.
+[[nodiscard]] Diagnosis diagnose(std::span<const Specimen> specimens,
+                                 DiagnosisOptions options = {});
+
+/// The same for recordings of one stem.
 [[nodiscard]] Diagnosis diagnose(std::span<const measure::Measurement> recordings,
                                  DiagnosisOptions options = {});
 

@@ -1,29 +1,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/final_models.hpp"
-
-#include "diagnose/planned_model.hpp"
+// The models that compete for the answer, with the number of spheres that the user stated.
 #include "diagnose/posterior.hpp"
-#include "fit/fit_numbers.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <memory>
 #include <set>
 #include <utility>
+#include <vector>
 
 namespace culm::diagnose {
 namespace {
 
 /// Those that the answer may name or show: the likeliest model of each explanation, and the
 /// likeliest one with a single effect of the answer.
-std::set<std::size_t> rivals_of(const SearchResult& search, const DiagnosisOptions& options) {
-    const Posterior posterior = posterior_of(search, options);
-    const double least =
-        std::exp(-options.policy.unvisited_margin) * posterior.explanations.front().probability;
-    std::set<std::size_t> rivals{search.best, posterior.by_family.front().model};
+std::set<std::size_t> rivals_of(const SearchResult& search) {
+    const Posterior posterior = posterior_of(search);
+    const double least = std::exp(-search.stems->options().policy.unvisited_margin) *
+                         posterior.explanations.front().probability;
+    const std::size_t answer = posterior.by_family.front().model;
+    std::set<std::size_t> rivals{0, search.best, answer};
     for (const Explanation& explanation : posterior.explanations)
         if (explanation.probability > least)
             rivals.insert(explanation.model);
-    if (const auto part = likeliest_part(search, posterior.by_family.front().model, options))
+    if (const auto part = likeliest_part(search.visited, answer))
         rivals.insert(*part);
     return rivals;
 }
@@ -31,96 +32,105 @@ std::set<std::size_t> rivals_of(const SearchResult& search, const DiagnosisOptio
 /// The search again with the number of spheres that the user stated, for the models that matter.
 class FinalFits {
   public:
-    FinalFits(const SearchResult& search, std::span<const measure::Measurement> recordings,
-              const DiagnosisOptions& coarse, const DiagnosisOptions& options)
-        : search_(search), coarse_(coarse), options_(options), out_(search) {
-        out_.chain =
-            fit::baseline_with_chain(search.chain, coarse.candidate, recordings, options.candidate);
-        first_ = first_model(out_.chain, options);
-        out_.visited.front().fit = fit::to_numbers(first_);
-        out_.visited.front().evidence = evidence_of(first_, out_.chain.recordings, options.known);
-        out_.batches += first_.batches;
+    FinalFits(const SearchResult& coarse, const DiagnosisOptions& options)
+        : coarse_(coarse), stems_(std::make_shared<Stems>(coarse.stems->with_chain(options))),
+          out_{stems_,       coarse.visited, coarse.unvisited,  coarse.best, ModelFits(*stems_),
+               coarse.about, coarse.batches, coarse.is_complete} {
+        // As in the search.
+        for (std::size_t s = 0; s < stems_->size(); ++s)
+            noise_.push_back(stems_->is_one() ? noise_as_assumed((*stems_)[s].chain)
+                                              : coarse.fits.noise()[s]);
+        fit({0});
+        judge();
     }
 
     /// Fits until the answer has no model with the coarse chain.
     [[nodiscard]] SearchResult run() {
-        for (const SearchResult* now = &search_;; now = &out_) {
-            std::set<std::size_t> wanted = rivals_of(*now, options_);
+        for (const SearchResult* now = &coarse_;; now = &out_) {
+            std::set<std::size_t> wanted = rivals_of(*now);
             std::erase_if(wanted, [&](std::size_t k) { return fitted_.contains(k); });
-            if (wanted.empty() && now == &out_) {
-                out_.best_fit = out_.best == 0 ? first_
-                                               : fit::rerun(out_.best_fit, out_.chain.recordings,
-                                                            options_.candidate);
+            if (wanted.empty() && now == &out_)
                 return std::move(out_);
-            }
-            fit({wanted.begin(), wanted.end()});
+            fit(wanted);
             judge();
         }
     }
 
   private:
-    void fit(const std::vector<std::size_t>& models) {
-        std::vector<double> costs;
+    void fit(const std::set<std::size_t>& models) {
+        out_.fits.set_noise(noise_);
+        std::vector<PlannedModel> planned;
         for (const std::size_t k : models)
-            costs.push_back(fit::relative_cost(search_.visited[k].fit.effects));
-        std::vector<FittedModel> found =
-            options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
-                const fit::Fit& numbers = search_.visited[models[item]].fit;
-                const PlannedModel planned{
-                    numbers.effects,
-                    not_predicted,
-                    {fit::with_chain(numbers, search_.chain.recordings, coarse_.candidate,
-                                     out_.chain.recordings, options_.candidate)}};
-                return fit_planned(planned, first_, out_.chain.recordings, options_.known,
-                                   options_.policy, with_heartbeat(options_.candidate, heartbeat));
-            });
-        for (std::size_t k = 0; k < models.size(); ++k) {
-            VisitedModel& model = out_.visited[models[k]];
-            found[k].fit.effects = model.fit.effects;
-            out_.batches += found[k].fit.batches;
-            static_cast<FittedModel&>(model) = std::move(found[k]);
-            fitted_.insert(models[k]);
+            planned.push_back(plan_for(k));
+        out_.fits.fit(planned);
+        auto fitted = planned.begin();
+        for (const std::size_t k : models) {
+            out_.visited[k] = std::move((fitted++)->model);
+            out_.batches += out_.visited[k].batches();
+            fitted_.insert(k);
         }
+    }
+
+    /// From the fit with the coarse chain.
+    [[nodiscard]] PlannedModel plan_for(std::size_t k) const {
+        PlannedModel plan;
+        plan.model = coarse_.visited[k];
+        plan.model.failure.clear();
+        for (const std::size_t s : stems_->fitted()) {
+            StemStart& start = plan.starts[s];
+            const fit::Fit& numbers = coarse_.visited[k].stems[s].fit;
+            if (numbers.effects.empty() || (k == 0 && stems_->is_one()))
+                start.smaller = &(*stems_)[s].chain;
+            else if (stems_->is_one())
+                start.smaller = &out_.visited.front().stems[s].fit;
+            if (k != 0 && numbers.moves() && !numbers.effects.empty())
+                start.starts = [this, s, &numbers](const fit::FitOptions& options) {
+                    const Stems& from = *coarse_.stems;
+                    return std::vector<fit::StartModels>{
+                        fit::with_chain(numbers, from[s].recordings, from.options().candidate,
+                                        (*stems_)[s].recordings, options)};
+                };
+        }
+        return plan;
     }
 
     /// The log evidence of all models and the best one. The models with the coarse chain keep
     /// their distance from the coarse search's best one.
     void judge() {
-        const NoiseScale noise = noise_as_assumed(out_.visited.front().fit);
-        const double offset = log_evidence(out_.visited[search_.best].evidence, noise) -
-                              log_evidence(search_.visited[search_.best].evidence, noise);
+        out_.fits.set_noise(noise_);
+        Model best = out_.visited[coarse_.best];
+        best.offset = 0.0;
+        out_.fits.judge(best);
+        const double offset = best.log_evidence - coarse_.visited[coarse_.best].log_evidence;
         for (std::size_t k = 0; k < out_.visited.size(); ++k) {
-            VisitedModel& model = out_.visited[k];
-            model.evidence.offset = fitted_.contains(k) ? 0.0 : offset;
-            model.judge(noise);
+            Model& model = out_.visited[k];
+            if (fitted_.contains(k)) {
+                model.offset = 0.0;
+                out_.fits.judge(model);
+            } else {
+                model.offset = offset;
+                model.log_evidence = coarse_.visited[k].log_evidence + offset;
+            }
         }
         for (std::size_t k = 0; k < out_.unvisited.size(); ++k)
-            out_.unvisited[k].log_evidence = search_.unvisited[k].log_evidence + offset;
-        const auto best = std::ranges::max_element(out_.visited, {}, &VisitedModel::log_evidence);
-        out_.best = static_cast<std::size_t>(best - out_.visited.begin());
-        out_.noise = noise_scale_of(best->fit);
-        out_.best_fit = best->fit;
+            out_.unvisited[k].log_evidence = coarse_.unvisited[k].log_evidence + offset;
+        const auto best_place = std::ranges::max_element(out_.visited, {}, &Model::log_evidence);
+        out_.best = static_cast<std::size_t>(best_place - out_.visited.begin());
+        judge_about_best(out_);
     }
 
-    const SearchResult& search_;
-    const DiagnosisOptions& coarse_;
-    const DiagnosisOptions& options_;
+    const SearchResult& coarse_;
+    std::shared_ptr<const Stems> stems_;
     SearchResult out_;
-    fit::Fit first_;
-    std::set<std::size_t> fitted_{0};
+    std::vector<NoiseScale> noise_; ///< (stems)
+    std::set<std::size_t> fitted_;
 };
 
 } // namespace
 
-SearchResult with_stated_chain(const SearchResult& search,
-                               std::span<const measure::Measurement> recordings,
-                               const DiagnosisOptions& coarse, const DiagnosisOptions& options) {
-    const int spheres = search.best_fit.parts.front().model.spec.stem.sphere_count;
-    if (fit::chain_of(recordings.front(), options.candidate.chain).spec.stem.sphere_count ==
-        spheres)
-        return search;
+SearchResult with_stated_chain(const SearchResult& coarse, const DiagnosisOptions& options) {
     options.report("fitting the likeliest models with all spheres");
-    return FinalFits(search, recordings, coarse, options).run();
+    return FinalFits(coarse, options).run();
 }
 
 } // namespace culm::diagnose

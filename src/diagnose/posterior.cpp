@@ -1,33 +1,43 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/posterior.hpp"
 
-#include "diagnose/planned_model.hpp"
 #include "physics/effects/library.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 namespace culm::diagnose {
 namespace {
 
-using Names = std::vector<std::string>;
+using Names = std::vector<OwnedEffect>;
 
 /// An effect of a model and the fall of χ² that is due to it alone.
 struct Share {
-    std::string effect;
+    OwnedEffect effect;
     double fall = 0.0;
+    double readings = 0.0;              ///< of the stems in which it acts
     std::optional<std::size_t> smaller; ///< the visited model without it
+
+    /// Mean square over the noise that it explains.
+    [[nodiscard]] double explained() const { return std::max(0.0, fall / readings); }
+    [[nodiscard]] bool is_shared() const { return !effect.second.empty(); }
+    /// By which the least important one is found first.
+    [[nodiscard]] static std::pair<bool, double> rank(const Share& share) {
+        return {share.is_shared(), share.explained()};
+    }
 };
 
 class Judgement {
   public:
-    Judgement(const SearchResult& search, const DiagnosisOptions& options)
-        : search_(search), options_(options) {
-        for (const fit::RecordingMisfit& misfit : search.best_fit.misfits)
-            readings_ += static_cast<double>(misfit.readings);
+    explicit Judgement(const SearchResult& search)
+        : search_(search), policy_(search.stems->options().policy) {
+        for (std::size_t k = 0; k < search.visited.size(); ++k)
+            if (!search.visited[k].failed())
+                place_.emplace(key_of(search.visited[k].effects), k);
     }
 
     /// Effects of a visited model that matter. The smallest immaterial effect is removed, and the
@@ -36,15 +46,15 @@ class Judgement {
                                  std::vector<ImmaterialEffect>* rest = nullptr) const {
         std::vector<Share> shares = shares_of(model);
         while (!shares.empty()) {
-            std::ranges::stable_sort(shares, std::greater{}, &Share::fall);
-            if (is_material(shares))
+            const auto least = std::ranges::min_element(shares, {}, Share::rank);
+            if (is_material(*least, shares))
                 break;
-            const Share least = std::move(shares.back());
-            shares.pop_back();
+            const Share removed = std::move(*least);
+            shares.erase(least);
             if (rest != nullptr)
-                rest->push_back({least.effect, std::sqrt(std::max(0.0, least.fall / readings_))});
-            if (least.smaller)
-                return material(*least.smaller, rest);
+                rest->push_back({removed.effect, std::sqrt(removed.explained())});
+            if (removed.smaller)
+                return material(*removed.smaller, rest);
         }
         Names names;
         for (const Share& share : shares)
@@ -56,10 +66,11 @@ class Judgement {
     [[nodiscard]] Names material(const UnvisitedModel& model) const {
         Names names = material(model.base);
         std::vector<Share> shares = shares_of(model.base);
-        for (std::size_t k = 0; k < model.added.size(); ++k) {
-            shares.push_back({model.added[k], model.falls[k], {}});
-            if (is_material(shares))
-                names.push_back(model.added[k]);
+        for (const AddedEffect& added : model.added) {
+            const auto effect = std::ranges::find(model.effects, added.name, owned);
+            shares.push_back({added.name, added.fall, readings_of(*effect), {}});
+            if (is_material(shares.back(), shares))
+                names.push_back(added.name);
             else
                 shares.pop_back();
         }
@@ -67,42 +78,51 @@ class Judgement {
     }
 
   private:
-    /// Does the last and smallest share matter in addition to the others?
-    [[nodiscard]] bool is_material(const std::vector<Share>& shares) const {
-        double before = 0.0; // mean square that the others explain
-        for (std::size_t k = 0; k + 1 < shares.size(); ++k)
-            before += std::max(0.0, shares[k].fall / readings_);
-        const double least = std::max(options_.policy.immaterial_noise,
-                                      options_.policy.immaterial_share * std::sqrt(before));
-        return std::sqrt(std::max(0.0, shares.back().fall / readings_)) > least;
+    /// Does the share matter in addition to the others? What an effect of a rig explains in one
+    /// recording is compared neither with the noise nor with the others: it changes Y and β of all
+    /// stems alike, so that their means are wrong by it.
+    [[nodiscard]] bool is_material(const Share& share, const std::vector<Share>& all) const {
+        double others = 0.0; // mean square that they explain
+        for (const Share& each : all)
+            others += &each == &share ? 0.0 : each.explained();
+        return share.is_shared() ||
+               std::sqrt(share.explained()) > std::max(policy_.immaterial_noise,
+                                                       policy_.immaterial_share * std::sqrt(others));
     }
 
     [[nodiscard]] Names in_order(Names names) const {
-        std::ranges::sort(names, {}, [&](const std::string& name) {
+        const fit::SelectedEffects& candidates = search_.stems->options().candidates;
+        std::ranges::sort(names, {}, [&](const OwnedEffect& name) {
             const auto found = std::ranges::find_if(
-                options_.candidates, [&](const auto& each) { return each.effect->name() == name; });
-            return std::pair(found - options_.candidates.begin(), name);
+                candidates, [&](const auto& each) { return each.effect->name() == name.first; });
+            return std::pair(found - candidates.begin(), name);
         });
         return names;
     }
 
+    [[nodiscard]] double readings_of(const ActingEffect& effect) const {
+        double sum = 0.0;
+        for (const std::size_t s : effect.stems)
+            for (const fit::RecordingMisfit& misfit : search_.best_model().stems[s].fit.misfits)
+                sum += static_cast<double>(misfit.readings);
+        return std::max(1.0, sum);
+    }
+
     [[nodiscard]] std::vector<Share> shares_of(std::size_t place) const {
-        const VisitedModel& model = search_.visited[place];
+        const Model& model = search_.visited[place];
         std::vector<Share> shares;
-        for (std::size_t k = options_.known.size(); k < model.fit.effects.size(); ++k) {
-            Share share;
-            share.effect = model.fit.effects[k].effect->name();
-            fit::SelectedEffects rest = model.fit.effects;
+        for (std::size_t k = 0; k < model.effects.size(); ++k) {
+            const ActingEffect& effect = model.effects[k];
+            if (effect.is_known)
+                continue;
+            Share share{owned(effect), 0.0, readings_of(effect), {}};
+            std::vector<ActingEffect> rest = model.effects;
             rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
-            const ModelKey key = key_of(rest);
-            const auto smaller = std::ranges::find_if(search_.visited, [&](const auto& each) {
-                return key_of(each.fit.effects) == key && !each.fit.failed();
-            });
-            if (smaller != search_.visited.end()) {
-                share.smaller = static_cast<std::size_t>(smaller - search_.visited.begin());
-                share.fall = misfit(*smaller) - misfit(model);
+            if (const auto smaller = place_.find(key_of(rest)); smaller != place_.end()) {
+                share.smaller = smaller->second;
+                share.fall = misfit(search_.visited[smaller->second]) - misfit(model);
             } else {
-                share.fall = fall_of(model, share.effect);
+                share.fall = fall_of(model, effect);
             }
             shares.push_back(std::move(share));
         }
@@ -110,32 +130,41 @@ class Judgement {
     }
 
     /// χ² in units of the noise about the best model.
-    [[nodiscard]] double misfit(const VisitedModel& model) const {
-        double sum = model.evidence.squared_pulls;
-        for (std::size_t m = 0; m < model.evidence.misfits.size(); ++m)
-            sum += model.evidence.misfits[m] /
-                   (search_.noise.is_noise_known[m] ? 1.0 : search_.noise.variance[m]);
+    [[nodiscard]] double misfit(const Model& model) const {
+        double sum = 0.0;
+        for (const std::size_t s : search_.stems->fitted()) {
+            const ModelEvidence& evidence = model.stems[s].evidence;
+            const NoiseScale& noise = search_.fits.noise()[s];
+            sum += evidence.squared_pulls;
+            for (std::size_t m = 0; m < evidence.misfits.size(); ++m)
+                sum += evidence.misfits[m] / (noise.is_noise_known[m] ? 1.0 : noise.variance[m]);
+        }
         return sum;
     }
 
     /// From the quadratic form of χ² at the model's minimum.
-    [[nodiscard]] static double fall_of(const VisitedModel& model, const std::string& effect) {
-        double largest = 0.0;
-        for (const fit::FittedParameter& parameter : model.fit.parameters)
-            if (parameter.id.effect == effect && !parameter.is_place &&
-                parameter.standard_error > 0.0) {
-                const double absent = parameter.fitted_as == physics::FittedAs::Inverse
-                                          ? 2.0 * parameter.value // one compliance away
-                                          : parameter.absent;
-                largest = std::max(
-                    largest, std::pow((parameter.value - absent) / parameter.standard_error, 2));
-            }
-        return largest;
+    [[nodiscard]] static double fall_of(const Model& model, const ActingEffect& effect) {
+        double sum = 0.0;
+        for (const std::size_t s : effect.stems) {
+            double largest = 0.0;
+            for (const fit::FittedParameter& parameter : model.stems[s].fit.parameters)
+                if (parameter.id.effect == effect.name() && !parameter.is_place &&
+                    parameter.standard_error > 0.0) {
+                    const double absent = parameter.fitted_as == physics::FittedAs::Inverse
+                                              ? 2.0 * parameter.value // one compliance away
+                                              : parameter.absent;
+                    largest = std::max(
+                        largest,
+                        std::pow((parameter.value - absent) / parameter.standard_error, 2));
+                }
+            sum += largest;
+        }
+        return sum;
     }
 
     const SearchResult& search_;
-    const DiagnosisOptions& options_;
-    double readings_ = 0.0;
+    const Policy& policy_;
+    std::map<ModelKey, std::size_t> place_; ///< of the models that were fitted
 };
 
 physics::EffectPointer effect_of(const DiagnosisOptions& options, const std::string& name) {
@@ -146,8 +175,7 @@ physics::EffectPointer effect_of(const DiagnosisOptions& options, const std::str
 }
 
 /// Adds the probability of a model to the explanation by the same effects.
-void add(Explanation found, const std::vector<VisitedModel>& visited,
-         std::map<Names, Explanation>& sets) {
+void add(Explanation found, const std::vector<Model>& visited, std::map<Names, Explanation>& sets) {
     std::ranges::sort(found.effects);
     const auto [place, is_new] = sets.try_emplace(found.effects, found);
     if (is_new)
@@ -164,12 +192,12 @@ void add(Explanation found, const std::vector<VisitedModel>& visited,
 /// Each effect with its family, in the order of families and names.
 std::vector<NamedFamily> named_families(const Names& names, const DiagnosisOptions& options) {
     std::vector<NamedFamily> named;
-    for (const std::string& name : names) {
+    for (const auto& [name, rig] : names) {
         const physics::EffectPointer effect = effect_of(options, name);
-        named.push_back({(effect ? effect : physics::effect_named(name))->family(), {name}});
+        named.push_back({(effect ? effect : physics::effect_named(name))->family(), rig, {name}});
     }
     std::ranges::sort(named, {}, [](const NamedFamily& each) {
-        return std::pair(each.family, each.members.front());
+        return std::tuple(each.family, each.rig, each.members.front());
     });
     return named;
 }
@@ -182,8 +210,7 @@ void name_members(const std::vector<Explanation>& explanations, const DiagnosisO
         if (held >= options.policy.held_probability * entry.probability)
             return;
         const std::vector<NamedFamily> named = named_families(explanation.effects, options);
-        if (!std::ranges::equal(named, entry.families, {}, &NamedFamily::family,
-                                &NamedFamily::family))
+        if (!std::ranges::equal(named, entry.families, &NamedFamily::is_same_as))
             continue;
         held += explanation.probability;
         for (std::size_t k = 0; k < named.size(); ++k) {
@@ -197,13 +224,13 @@ void name_members(const std::vector<Explanation>& explanations, const DiagnosisO
 /// Adds the explanations, whose probabilities sum to `total`, and their sets of families.
 void add_explanations(std::map<Names, Explanation> sets, double total,
                       const DiagnosisOptions& options, Posterior& out) {
-    std::map<std::vector<physics::Family>, FamilyExplanation> by_family;
+    std::map<std::vector<std::pair<physics::Family, std::string>>, FamilyExplanation> by_family;
     for (auto& [names, explanation] : sets) {
         explanation.probability /= total;
         std::vector<NamedFamily> families = named_families(names, options);
-        std::vector<physics::Family> key;
+        std::vector<std::pair<physics::Family, std::string>> key;
         for (NamedFamily& each : families) {
-            key.push_back(each.family);
+            key.emplace_back(each.family, each.rig);
             each.members.clear();
         }
         FamilyExplanation& entry = by_family[key];
@@ -225,24 +252,21 @@ void add_explanations(std::map<Names, Explanation> sets, double total,
 
 } // namespace
 
-Posterior posterior_of(const SearchResult& search, const DiagnosisOptions& options) {
-    const Judgement judgement(search, options);
-    const VisitedModel& best = search.visited[search.best];
+Posterior posterior_of(const SearchResult& search) {
+    const DiagnosisOptions& options = search.stems->options();
+    const Judgement judgement(search);
     Posterior out;
     std::map<Names, Explanation> sets;
     double total = 0.0;
-    const double best_evidence = log_evidence(best.evidence, search.noise);
     for (std::size_t k = 0; k < search.visited.size(); ++k) {
-        const VisitedModel& visited = search.visited[k];
+        const Model& visited = search.visited[k];
         ModelProbability& model = out.models.emplace_back();
-        for (std::size_t e = options.known.size(); e < visited.fit.effects.size(); ++e)
-            model.effects.push_back(visited.fit.effects[e].effect->name());
-        if (visited.fit.failed()) {
-            model.failure = visited.fit.reason;
+        model.effects = added_names(visited.effects);
+        model.failure = visited.failure;
+        if (visited.failed())
             continue;
-        }
-        model.log_evidence = log_evidence(visited.evidence, search.noise) - best_evidence;
-        if (!visited.evidence.absent_effects.empty())
+        model.log_evidence = search.about_best[k] - search.about_best[search.best];
+        if (!std::isfinite(model.log_evidence))
             continue; // it is a smaller model
         model.probability = std::exp(model.log_evidence);
         total += model.probability;
@@ -252,7 +276,7 @@ Posterior posterior_of(const SearchResult& search, const DiagnosisOptions& optio
     }
     for (const UnvisitedModel& model : search.unvisited) {
         const double probability =
-            std::exp((model.log_evidence - best.log_evidence) / search.noise.mean_known());
+            std::exp((model.log_evidence - search.best_model().log_evidence) / search.noise_ratio);
         total += probability;
         add({judgement.material(model), probability, search.best, false}, search.visited, sets);
     }

@@ -2,7 +2,7 @@
 // Probabilities of the models of a search, and of the effects and families in them.
 #pragma once
 
-#include "diagnose/model_search.hpp"
+#include "diagnose/search.hpp"
 #include "physics/effects/effect.hpp"
 
 #include <string>
@@ -10,18 +10,23 @@
 
 namespace culm::diagnose {
 
-/// An effect of the library, or its family where the recording does not determine the law.
+/// An effect of the library, or its family where the recordings do not determine the law.
 struct NamedFamily {
     physics::Family family = physics::Family::Own;
+    std::string rig;                  ///< empty: of stems
     std::vector<std::string> members; ///< the likeliest first
     /// Also laws that the library lacks are possible: of air and of material damping, unless every
     /// other law of the family fails the tests for lack of fit.
     bool is_open = false;
+
+    [[nodiscard]] bool is_same_as(const NamedFamily& other) const {
+        return family == other.family && rig == other.rig;
+    }
 };
 
 /// A set of effects that matter, with all models whose other effects are immaterial.
 struct Explanation {
-    std::vector<std::string> effects; ///< in the library's order; none: the published chain
+    std::vector<OwnedEffect> effects; ///< in the library's order; none: the published chain
     double probability = 0.0;
     std::size_t model = 0; ///< its likeliest visited model, without other effects if there is one
     bool is_exact = false; ///< that model has no other effects
@@ -37,7 +42,7 @@ struct FamilyExplanation {
 
 /// A model that was fitted.
 struct ModelProbability {
-    std::vector<std::string> effects;
+    std::vector<OwnedEffect> effects;
     double log_evidence = 0.0; ///< over that of the best model
     double probability = 0.0;
     std::string failure; ///< why it has none; empty if it has
@@ -45,7 +50,7 @@ struct ModelProbability {
 
 /// An effect that the data support but that is too small to matter.
 struct ImmaterialEffect {
-    std::string effect;
+    OwnedEffect effect;
     double over_noise = 0.0; ///< root mean square that it explains
 };
 
@@ -58,6 +63,6 @@ struct Posterior {
 
 /// P(m) ∝ Z(m) over all visited models and the predictions of the others: steps 6 to 8 of
 /// docs/diagnosis.md.
-[[nodiscard]] Posterior posterior_of(const SearchResult& search, const DiagnosisOptions& options);
+[[nodiscard]] Posterior posterior_of(const SearchResult& search);
 
 } // namespace culm::diagnose

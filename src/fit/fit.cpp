@@ -85,6 +85,16 @@ RecordingFit part_of(JointSolution& solution, std::size_t m, ReadingNoise noise,
     return part;
 }
 
+/// (joint parameters) that keep their values.
+std::vector<bool> held_numbers(const JointLayout& layout, const JointOptions& options) {
+    std::vector<bool> is_held;
+    for (const physics::ParameterId& id : layout.ids)
+        is_held.push_back(options.is_held || (id.is_of_effect() &&
+                                              std::ranges::find(options.held_effects, id.effect) !=
+                                                  options.held_effects.end()));
+    return is_held;
+}
+
 /// The terms of a part in the linear solution. A chain that cannot be computed with an input
 /// changed a little has none of the inputs.
 void add_terms(const ObservedRecording& recording, const JointOptions& options,
@@ -114,8 +124,7 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
     std::vector<ReadingNoise> noises = noises_of(measurements, options);
     std::vector<std::vector<double>> noise;
     std::ranges::transform(noises, std::back_inserter(noise), &ReadingNoise::by_row);
-    std::vector<bool> is_held = options.is_held;
-    is_held.resize(layout.ids.size(), false);
+    const std::vector<bool> is_held = held_numbers(layout, options);
     const JointProblem problem{measurements, layout, noise, is_held, options};
     std::vector<ChainPrediction> predictions;
     for (KnownPoint& known : options.known)

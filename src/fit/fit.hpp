@@ -11,7 +11,7 @@
 namespace culm::fit {
 
 struct JointOptions : FitOptions {
-    std::vector<bool> is_held{}; ///< (joint parameters); empty: none
+    bool is_held = false; ///< all numbers keep their values
     /// (recordings)(rows), m: divides the residuals of recordings whose noise is not known; empty:
     /// the same value for all.
     std::vector<std::vector<double>> noise{};

@@ -52,7 +52,7 @@ Fit motionless(const StartModels& models, std::span<const ObservedRecording> rec
                const FitOptions& options) {
     JointOptions held{options};
     held.with_inputs = false;
-    held.is_held.assign(joint_layout(models, recordings).ids.size(), true);
+    held.is_held = true;
     Fit fit = fit_jointly(models, recordings, held);
     fit.status = FitStatus::Motionless;
     return fit;
@@ -83,7 +83,7 @@ Fit fit_model(const SelectedEffects& effects, const Fit& smaller,
         if (!effects.empty() && smaller.failed())
             fit.reason = "the model that it contains could not be fitted: " + smaller.reason;
         else if (moves(models, recordings))
-            fit = fitted(models, recordings, {options, {}, noises(smaller), {}, {}, true});
+            fit = fitted(models, recordings, {options, false, noises(smaller), {}, {}, true});
         else
             fit = effects.empty() ? motionless(models, recordings, options) : smaller;
     } catch (const std::runtime_error& error) { // InputError or NumericalError
@@ -111,9 +111,9 @@ Fit fit_near(const std::vector<StartModels>& starts, const SelectedEffects& effe
     };
     Fit fit = fit_from(
         starts.front(),
-        {options, {}, noises(smaller), std::move(known), {starts.begin() + 1, starts.end()}});
+        {options, false, noises(smaller), std::move(known), {starts.begin() + 1, starts.end()}});
     if (const int batches = fit.batches; fit.failed() && starts.size() > 1) {
-        fit = fit_from(starts.back(), {options, {}, noises(smaller)});
+        fit = fit_from(starts.back(), {options, false, noises(smaller)});
         fit.batches += batches;
     }
     fit.effects = effects;

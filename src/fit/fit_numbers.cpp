@@ -56,6 +56,8 @@ Fit rerun(const Fit& numbers, std::span<const ObservedRecording> recordings,
           const FitOptions& options) {
     JointOptions here{options};
     here.largest_iterations = 0;
+    here.is_held = !numbers.moves();
+    here.with_inputs = numbers.moves() && options.with_inputs;
     const StartModels models = models_of(numbers, recordings, options);
     if (numbers.points.size() >= models.size()) // they may be those of more recordings
         here.known.assign(numbers.points.begin(), numbers.points.begin() + std::ssize(models));

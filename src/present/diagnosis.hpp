@@ -34,6 +34,23 @@ struct DiagnosisReport {
     [[nodiscard]] std::string summary_of(const std::string& effect) const;
 };
 
+/// The verdict on one stem or several in one sentence.
+[[nodiscard]] std::string diagnosis_headline(const diagnose::Diagnosis& found);
+/// The explanations of a tie, and what is certain.
+[[nodiscard]] std::vector<std::string> explanation_sentences(const diagnose::Diagnosis& found);
+/// The effects of one explanation: "taper and clamp (clamp_compliance or clamp_friction)".
+[[nodiscard]] std::string explanation_name(const diagnose::Diagnosis& found,
+                                           const std::vector<diagnose::NamedFamily>& families);
+
+/// Members of `culm diagnose --json`.
+[[nodiscard]] nlohmann::json families_json(const std::vector<diagnose::NamedFamily>& families);
+[[nodiscard]] nlohmann::json
+alternatives_json(const std::vector<diagnose::FamilyExplanation>& alternatives);
+
+/// Of effects of one stem.
+[[nodiscard]] std::vector<std::string>
+effect_names(const std::vector<diagnose::OwnedEffect>& effects);
+
 /// docs/schemas/diagnosis.schema.json, except options, folders and provenance.
 [[nodiscard]] nlohmann::json diagnosis_json(const DiagnosisReport& report);
 

@@ -67,7 +67,7 @@ json probabilities_json(const std::vector<diagnose::ModelProbability>& models) {
                              [](const auto* model) { return model->probability; });
     json out = json::array();
     for (const diagnose::ModelProbability* model : sorted) {
-        json entry{{"effects", model->effects},
+        json entry{{"effects", effect_names(model->effects)},
                    {"log_evidence", number(model->log_evidence)},
                    {"probability", number(model->probability)}};
         if (!model->failure.empty()) {
@@ -83,14 +83,14 @@ json explanations_json(const std::vector<diagnose::Explanation>& explanations) {
     json out = json::array();
     for (const diagnose::Explanation& explanation : explanations)
         if (explanation.probability >= least_listed)
-            out.push_back({{"effects", explanation.effects},
+            out.push_back({{"effects", effect_names(explanation.effects)},
                            {"probability", number(explanation.probability)}});
     return out;
 }
 
 json immaterial_json(const std::vector<diagnose::ImmaterialEffect>& effects) {
     return array_of(effects, [](const diagnose::ImmaterialEffect& effect) -> json {
-        return {{"effect", effect.effect}, {"over_noise", number(effect.over_noise)}};
+        return {{"effect", effect.effect.first}, {"over_noise", number(effect.over_noise)}};
     });
 }
 
@@ -98,7 +98,7 @@ json failed_json(const std::vector<diagnose::ModelProbability>& models) {
     json out = json::array();
     for (const diagnose::ModelProbability& model : models)
         if (!model.failure.empty())
-            out.push_back({{"effects", model.effects}, {"reason", model.failure}});
+            out.push_back({{"effects", effect_names(model.effects)}, {"reason", model.failure}});
     return out;
 }
 
@@ -201,25 +201,11 @@ json where_of(const DiagnosisReport& report, std::size_t part) {
     return where;
 }
 
-json families_json(const std::vector<diagnose::NamedFamily>& families) {
-    return array_of(families, [](const diagnose::NamedFamily& named) -> json {
-        return {{"family", physics::to_string(named.family)},
-                {"members", named.members},
-                {"by_family", named.is_open}};
-    });
-}
-
-json alternatives_json(const std::vector<diagnose::FamilyExplanation>& alternatives) {
-    return array_of(alternatives, [](const diagnose::FamilyExplanation& each) -> json {
-        return {{"families", families_json(each.families)},
-                {"probability", number(each.probability)}};
-    });
-}
-
 json largest_unvisited_json(const std::optional<diagnose::PredictedModel>& model) {
     if (!model)
         return nullptr;
-    return {{"effects", model->effects}, {"log_evidence", number(model->log_evidence)}};
+    return {{"effects", effect_names(model->effects)},
+            {"log_evidence", number(model->log_evidence)}};
 }
 
 void add_recordings(const DiagnosisReport& report, json& document) {
@@ -245,6 +231,24 @@ void add_recordings(const DiagnosisReport& report, json& document) {
 }
 
 } // namespace
+
+json families_json(const std::vector<diagnose::NamedFamily>& families) {
+    return array_of(families, [](const diagnose::NamedFamily& named) -> json {
+        json out{{"family", physics::to_string(named.family)},
+                 {"members", named.members},
+                 {"by_family", named.is_open}};
+        if (!named.rig.empty())
+            out["rig"] = named.rig;
+        return out;
+    });
+}
+
+json alternatives_json(const std::vector<diagnose::FamilyExplanation>& alternatives) {
+    return array_of(alternatives, [](const diagnose::FamilyExplanation& each) -> json {
+        return {{"families", families_json(each.families)},
+                {"probability", number(each.probability)}};
+    });
+}
 
 json diagnosis_json(const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = report.found;

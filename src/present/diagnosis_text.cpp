@@ -39,14 +39,6 @@ std::string diagnosis_header(const DiagnosisReport& report) {
     return text + '\n';
 }
 
-/// "the published chain", with the known effects.
-std::string first_model(const diagnose::Diagnosis& found) {
-    std::vector<std::string> known = found.ladder.front().fit.names();
-    known.erase(known.begin());
-    return known.empty() ? std::string("the published chain")
-                         : fmt::format("the published chain with {}", fmt::join(known, " and "));
-}
-
 /// The effect's parameters in the final model, with their intervals.
 std::string strength_lines(const DiagnosisReport& report, const std::string& effect) {
     std::string text;
@@ -92,24 +84,8 @@ std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
     for (const diagnose::ImmaterialEffect& effect : found.posterior.immaterial)
         sentences.push_back(fmt::format("Detectable, immaterial: {} explains {:.2g} times the "
                                         "noise.",
-                                        effect.effect, effect.over_noise));
+                                        effect.effect.first, effect.over_noise));
     return sentences;
-}
-
-/// "taper", "clamp (clamp_compliance or clamp_friction)", "air (most like quadratic_drag)".
-std::string family_name(const diagnose::NamedFamily& named) {
-    if (named.members.size() == 1 && !named.is_open)
-        return named.members.front();
-    return fmt::format("{} ({}{})", physics::to_string(named.family),
-                       named.is_open ? "most like " : "", fmt::join(named.members, " or "));
-}
-
-/// The effects of one explanation.
-std::string explanation_name(const std::vector<diagnose::NamedFamily>& families) {
-    return families.empty()
-               ? std::string("the published chain")
-               : fmt::format("{}",
-                             fmt::join(families | std::views::transform(family_name), " and "));
 }
 
 std::vector<std::string> sentences_on_unknown(const diagnose::Diagnosis& found) {
@@ -124,32 +100,6 @@ std::vector<std::string> sentences_on_unknown(const diagnose::Diagnosis& found) 
                         100.0 * force.explained,
                         force.character.empty() ? "" : fmt::format(" ({})", force.character)),
             force.form};
-}
-
-std::string diagnosis_headline(const diagnose::Diagnosis& found) {
-    const std::string probability = fmt::format("probability {:.2f}", found.probability);
-    switch (found.conclusion) {
-    case Conclusion::Adequate:
-        return fmt::format("ADEQUATE: {} explains the recording ({}).", first_model(found),
-                           probability);
-    case Conclusion::Unknown:
-        return found.ladder.front().finding == diagnose::Finding::Undecided &&
-                       found.ladder.size() == 1
-                   ? std::string("UNKNOWN: this recording cannot decide whether the model is "
-                                 "adequate.")
-                   : std::string("UNKNOWN: the model is inadequate, and no known effect explains "
-                                 "the misfit.");
-    case Conclusion::Effect:
-        return fmt::format("EFFECT: {} {} missing from {} ({}).",
-                           explanation_name(found.alternatives.front().families),
-                           found.effects.size() == 1 ? "is" : "are", first_model(found),
-                           probability);
-    case Conclusion::Tie:
-        break;
-    }
-    return fmt::format("TIE: {} explanations of what is missing from {} hold 95 % of the "
-                       "probability.",
-                       found.alternatives.size(), first_model(found));
 }
 
 /// Root mean square of residual over noise in all recordings.
@@ -169,17 +119,12 @@ std::vector<std::string> explanations(const DiagnosisReport& report) {
     std::vector<std::string> sentences;
     if (std::string far_off = far_off_sentence(over_noise(report.best_fit())); !far_off.empty())
         sentences.push_back(std::move(far_off));
-    if (found.conclusion == Conclusion::Tie) {
-        for (const diagnose::FamilyExplanation& each : found.alternatives)
-            sentences.push_back(
-                fmt::format("{:.2f}  {}", each.probability, explanation_name(each.families)));
-        if (!found.families.empty())
-            sentences.push_back(fmt::format("Certain: {}.", explanation_name(found.families)));
-    }
+    for (std::string& sentence : explanation_sentences(found))
+        sentences.push_back(std::move(sentence));
     if (found.conclusion == Conclusion::Unknown && found.ladder.size() > 1)
         sentences.push_back(fmt::format(
             "The best explanation, {}, accounts for {:.0f} % of the misfit.",
-            explanation_name(found.alternatives.front().families), 100.0 * found.explained));
+            explanation_name(found, found.alternatives.front().families), 100.0 * found.explained));
     for (std::string& sentence : consequence_sentences(report))
         sentences.push_back(std::move(sentence));
     if (found.conclusion == Conclusion::Unknown) {
@@ -202,10 +147,8 @@ std::vector<std::string> explanations(const DiagnosisReport& report) {
 std::string effect_lines(const DiagnosisReport& report) {
     std::string text;
     for (const std::string& effect : report.found.effects) {
-        double probability = 0.0;
-        for (const diagnose::Explanation& each : report.found.posterior.explanations)
-            if (std::ranges::find(each.effects, effect) != each.effects.end())
-                probability += each.probability;
+        const auto answer =
+            std::ranges::find(report.found.answers, effect, &diagnose::EffectAnswer::effect);
         const bool is_likeliest_law =
             std::ranges::any_of(report.found.alternatives.front().families, [&](const auto& named) {
                 return named.is_open &&
@@ -213,7 +156,7 @@ std::string effect_lines(const DiagnosisReport& report) {
             });
         text += result_lines("  ", fmt::format("{}{}, probability {:.2f}: {}", effect,
                                                is_likeliest_law ? ", the likeliest law" : "",
-                                               probability, report.summary_of(effect)));
+                                               answer->probability, report.summary_of(effect)));
         text += strength_lines(report, effect);
     }
     return text;
@@ -273,8 +216,9 @@ std::string failure_lines(const std::vector<diagnose::ModelProbability>& models)
     std::string text;
     for (const diagnose::ModelProbability& model : models)
         if (!model.failure.empty())
-            text += wrapped(fmt::format("failed: {}: ", fmt::join(model.effects, ", ")),
-                            model.failure, result_width - 20);
+            text +=
+                wrapped(fmt::format("failed: {}: ", fmt::join(effect_names(model.effects), ", ")),
+                        model.failure, result_width - 20);
     return text;
 }
 
@@ -324,6 +268,13 @@ std::string trimmed_lines(const std::string& text) {
 }
 
 } // namespace
+
+std::vector<std::string> effect_names(const std::vector<diagnose::OwnedEffect>& effects) {
+    std::vector<std::string> names;
+    for (const auto& [effect, rig] : effects)
+        names.push_back(effect);
+    return names;
+}
 
 measure::ReadingUnit DiagnosisReport::unit() const {
     std::vector<measure::Sensor> sensors;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "present/laboratory.hpp"
 
+#include "present/diagnosis.hpp"
 #include "present/files.hpp"
 #include "present/parameters.hpp"
 #include "present/text.hpp"
@@ -8,6 +9,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <map>
 #include <vector>
 
@@ -17,7 +20,7 @@
 namespace culm::present {
 namespace {
 
-using diagnose::Laboratory;
+using Laboratory = diagnose::Diagnosis;
 using diagnose::StemAnswer;
 using nlohmann::json;
 
@@ -25,6 +28,25 @@ constexpr double pascals_per_gpa = 1e9;
 
 std::string with_unit(double value, const std::string& unit) {
     return fmt::format("{:.3g}{}{}", value, unit.empty() ? "" : " ", unit);
+}
+
+/// The models that were fitted with all their effects, the likeliest first.
+std::vector<std::size_t> by_probability(const std::vector<diagnose::ModelProbability>& models) {
+    std::vector<std::size_t> places;
+    for (std::size_t k = 0; k < models.size(); ++k)
+        if (models[k].failure.empty() && std::isfinite(models[k].log_evidence))
+            places.push_back(k);
+    std::ranges::stable_sort(places, std::greater{},
+                             [&](std::size_t k) { return models[k].log_evidence; });
+    return places;
+}
+
+/// "quadratic_drag of rig A + taper of stems"; "the published chain".
+std::string model_text(const diagnose::ModelProbability& model) {
+    std::vector<std::string> names;
+    for (const auto& [effect, rig] : model.effects)
+        names.push_back(fmt::format("{} of {}", effect, rig.empty() ? "stems" : "rig " + rig));
+    return names.empty() ? "the published chain" : fmt::format("{}", fmt::join(names, " + "));
 }
 
 std::string header(const Laboratory& laboratory) {
@@ -45,14 +67,7 @@ std::string header(const Laboratory& laboratory) {
     return text + "\n\n";
 }
 
-std::string headline(const Laboratory& laboratory, const TextStyle& style) {
-    std::string word(to_string(laboratory.conclusion));
-    std::ranges::transform(word, word.begin(),
-                           [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-    return style.headline(result_lines("", word + ": " + laboratory.reason + "."));
-}
-
-std::string effect_lines(const diagnose::RigAnswer& effect) {
+std::string effect_lines(const diagnose::EffectAnswer& effect) {
     std::string text;
     if (effect.is_known)
         text = fmt::format("  {} of rig {}, known\n", effect.effect, effect.rig);
@@ -71,6 +86,15 @@ std::string effect_lines(const diagnose::RigAnswer& effect) {
         text += fmt::format("    {:<38} {}  (95 %: {:.3g} to {:.3g})\n",
                             effect.effect + "." + value.name, with_unit(value.value, value.unit),
                             value.lower, value.upper);
+    return text;
+}
+
+std::string own_effect_sentence(const diagnose::EffectAnswer& effect) {
+    std::string text = fmt::format("{} of stems, probability {:.2f}{}", effect.effect,
+                                   effect.probability, effect.stems.empty() ? "" : ": ");
+    text += fmt::format("{}", fmt::join(effect.stems, ", "));
+    if (!effect.possible_stems.empty())
+        text += fmt::format("; possible in {}", fmt::join(effect.possible_stems, ", "));
     return text;
 }
 
@@ -98,7 +122,7 @@ std::string remarkable_stems(const Laboratory& laboratory) {
             remarks.push_back("left out: " + stem.failure);
         if (stem.failure.empty() && stem.finding == diagnose::Finding::Inadequate)
             remarks.push_back(fmt::format("not explained: residual {:.2f} of the noise ({})",
-                                          stem.over_noise, stem.tests));
+                                          stem.after.over_noise, stem.tests));
         if (std::abs(stem.youngs_modulus_distance) > diagnose::outlier_distance)
             remarks.push_back(fmt::format("Y is {:.1f} deviations from the median",
                                           stem.youngs_modulus_distance));
@@ -113,7 +137,7 @@ std::string remarkable_stems(const Laboratory& laboratory) {
 
 std::string limit_sentence(const Laboratory& laboratory) {
     std::vector<std::string> limits;
-    for (const diagnose::SharedLimit& limit : laboratory.limits)
+    for (const diagnose::SharedLimit& limit : laboratory.shared_limits)
         if (std::isfinite(limit.of_all))
             limits.push_back(fmt::format("{} {} (one stem {:.2g})", limit.effect,
                                          with_unit(limit.of_all, limit.unit), limit.of_one));
@@ -126,21 +150,23 @@ std::string stem_table(const Laboratory& laboratory) {
     std::string text = "\nstem          Y before      Y after (GPa)      beta before    beta after"
                        "      residual/noise  own effects\n";
     for (const StemAnswer& stem : laboratory.stems)
-        text +=
-            stem.failure.empty()
-                ? fmt::format("{:<12} {:>9.4g}   {:>9.4g} ± {:<9.2g} {:>9.4g}   {:>9.4g} ± "
-                              "{:<9.2g} {:>5.2f} {:>5.2f}  {}\n",
-                              stem.name, stem.before.youngs_modulus / pascals_per_gpa,
-                              stem.after.youngs_modulus / pascals_per_gpa,
-                              reduce::normal_quantile_95 * stem.after.youngs_modulus_error /
-                                  pascals_per_gpa,
-                              stem.before.damping, stem.after.damping,
-                              reduce::normal_quantile_95 * stem.after.damping_error,
-                              stem.over_noise_before, stem.over_noise, fmt::join(stem.own, ", "))
-                : fmt::format("{:<12} left out\n", stem.name);
+        text += stem.failure.empty()
+                    ? fmt::format("{:<12} {:>9.4g}   {:>9.4g} ± {:<9.2g} {:>9.4g}   {:>9.4g} ± "
+                                  "{:<9.2g} {:>5.2f} {:>5.2f}  {}\n",
+                                  stem.name, stem.before.youngs_modulus / pascals_per_gpa,
+                                  stem.after.youngs_modulus / pascals_per_gpa,
+                                  reduce::normal_quantile_95 * stem.after.youngs_modulus_error /
+                                      pascals_per_gpa,
+                                  stem.before.damping, stem.after.damping,
+                                  reduce::normal_quantile_95 * stem.after.damping_error,
+                                  stem.before.over_noise, stem.after.over_noise,
+                                  fmt::join(stem.own, ", "))
+                    : fmt::format("{:<12} left out\n", stem.name);
     text += "\nmodels, log evidence over the published chain\n";
-    for (std::size_t k = 0; k < laboratory.models.size(); ++k)
-        text += fmt::format("{:>10.1f}  {}\n", laboratory.log_evidence[k], laboratory.models[k]);
+    const std::vector<diagnose::ModelProbability>& models = laboratory.posterior.models;
+    for (const std::size_t k : by_probability(models))
+        text += fmt::format("{:>10.1f}  {}\n", models[k].log_evidence - models.front().log_evidence,
+                            model_text(models[k]));
     return text;
 }
 
@@ -167,8 +193,8 @@ json stem_json(const StemAnswer& stem) {
             {"rig", stem.rig},
             {"before", numbers_json(stem.before)},
             {"after", numbers_json(stem.after)},
-            {"over_noise_before", number(stem.over_noise_before)},
-            {"over_noise", number(stem.over_noise)},
+            {"over_noise_before", number(stem.before.over_noise)},
+            {"over_noise", number(stem.after.over_noise)},
             {"finding", std::string(to_string(stem.finding))},
             {"failed_tests", stem.tests},
             {"own_effects", stem.own},
@@ -183,7 +209,7 @@ json stem_json(const StemAnswer& stem) {
             {"damping_distance", number(stem.damping_distance)}};
 }
 
-json effect_json(const diagnose::RigAnswer& effect) {
+json effect_json(const diagnose::EffectAnswer& effect) {
     return {{"effect", effect.effect},
             {"rig", effect.rig},
             {"known", effect.is_known},
@@ -203,38 +229,55 @@ json effect_json(const diagnose::RigAnswer& effect) {
 
 } // namespace
 
-std::string rig_effects_text(std::span<const diagnose::RigAnswer> effects) {
+std::string rig_effects_text(std::span<const diagnose::EffectAnswer> effects) {
     std::string text;
-    for (const diagnose::RigAnswer& effect : effects)
-        text += effect_lines(effect);
+    for (const diagnose::EffectAnswer& effect : effects)
+        if (!effect.rig.empty())
+            text += effect_lines(effect);
     return text;
 }
 
-json rig_effects_json(std::span<const diagnose::RigAnswer> effects) {
-    return array_of(effects, effect_json);
+json rig_effects_json(std::span<const diagnose::EffectAnswer> effects) {
+    json out = json::array();
+    for (const diagnose::EffectAnswer& effect : effects)
+        if (!effect.rig.empty())
+            out.push_back(effect_json(effect));
+    return out;
 }
 
 json laboratory_json(const Laboratory& laboratory) {
-    json models = array_of_count(laboratory.models.size(), [&](std::size_t k) {
-        return json{{"model", laboratory.models[k]},
-                    {"log_evidence", number(laboratory.log_evidence[k])}};
-    });
+    std::vector<std::string> sentences{diagnosis_headline(laboratory)};
+    std::ranges::copy(explanation_sentences(laboratory), std::back_inserter(sentences));
+    json models = json::array();
+    const std::vector<diagnose::ModelProbability>& fitted = laboratory.posterior.models;
+    for (const std::size_t k : by_probability(fitted))
+        models.push_back(
+            {{"model", model_text(fitted[k])},
+             {"log_evidence", number(fitted[k].log_evidence - fitted.front().log_evidence)}});
+    json own = json::array();
+    for (const diagnose::EffectAnswer& each : laboratory.answers)
+        if (each.rig.empty() && !each.is_known)
+            own.push_back({{"effect", each.effect},
+                           {"probability", number(each.probability)},
+                           {"family", each.family},
+                           {"family_probability", number(each.family_probability)},
+                           {"specimens", each.stems},
+                           {"possible_specimens", each.possible_stems}});
     return {{"format", "culm-laboratory"},
             {"version", 1},
             {"conclusion", std::string(to_string(laboratory.conclusion))},
             {"reason", laboratory.reason},
-            {"rig_effects", rig_effects_json(laboratory.effects)},
-            {"stem_effects", array_of(laboratory.own,
-                                      [](const diagnose::OwnAnswer& own) {
-                                          return json{{"effect", own.effect},
-                                                      {"probability", number(own.probability)},
-                                                      {"specimens", own.stems}};
-                                      })},
+            {"probability", number(laboratory.probability)},
+            {"sentences", sentences},
+            {"families", families_json(laboratory.families)},
+            {"alternatives", alternatives_json(laboratory.alternatives)},
+            {"rig_effects", rig_effects_json(laboratory.answers)},
+            {"stem_effects", std::move(own)},
             {"population",
              {{"before", population_json(laboratory.before)},
               {"after", population_json(laboratory.after)}}},
             {"stems", array_of(laboratory.stems, stem_json)},
-            {"detection_limits", array_of(laboratory.limits,
+            {"detection_limits", array_of(laboratory.shared_limits,
                                           [](const diagnose::SharedLimit& limit) {
                                               return json{{"effect", limit.effect},
                                                           {"rig", limit.rig},
@@ -244,16 +287,21 @@ json laboratory_json(const Laboratory& laboratory) {
                                                           {"all_stems", number(limit.of_all)}};
                                           })},
             {"models", std::move(models)},
-            {"largest_unvisited_log_evidence", number(laboratory.largest_unvisited)}};
+            {"largest_unvisited_log_evidence",
+             laboratory.largest_unvisited ? number(laboratory.largest_unvisited->log_evidence)
+                                          : json()}};
 }
 
 std::string laboratory_text(const Laboratory& laboratory, bool with_details,
                             const TextStyle& style) {
-    std::string text = header(laboratory) + headline(laboratory, style);
-    text += rig_effects_text(laboratory.effects);
-    for (const diagnose::OwnAnswer& own : laboratory.own)
-        text += result_lines("  ", fmt::format("{} of stems, probability {:.2f}: {}", own.effect,
-                                               own.probability, fmt::join(own.stems, ", ")));
+    std::string text =
+        header(laboratory) + style.headline(result_lines("", diagnosis_headline(laboratory)));
+    for (const std::string& sentence : explanation_sentences(laboratory))
+        text += result_lines("  ", sentence);
+    text += rig_effects_text(laboratory.answers);
+    for (const diagnose::EffectAnswer& each : laboratory.answers)
+        if (each.rig.empty() && !each.is_known)
+            text += result_lines("  ", own_effect_sentence(each));
     text += population_lines(laboratory) + remarkable_stems(laboratory) + "\n" +
             limit_sentence(laboratory);
     return with_details ? text + stem_table(laboratory) : text;

@@ -2,7 +2,7 @@
 // The results of culm diagnose for several specimens (docs/laboratory.md).
 #pragma once
 
-#include "diagnose/laboratory/laboratory.hpp"
+#include "diagnose/diagnosis.hpp"
 #include "present/text_style.hpp"
 
 #include <span>
@@ -13,15 +13,15 @@
 namespace culm::present {
 
 /// Effects of rigs with their values, one or some lines for each.
-[[nodiscard]] std::string rig_effects_text(std::span<const diagnose::RigAnswer> effects);
-[[nodiscard]] nlohmann::json rig_effects_json(std::span<const diagnose::RigAnswer> effects);
+[[nodiscard]] std::string rig_effects_text(std::span<const diagnose::EffectAnswer> effects);
+[[nodiscard]] nlohmann::json rig_effects_json(std::span<const diagnose::EffectAnswer> effects);
 
 /// docs/schemas/laboratory.schema.json, except options, folders and provenance.
-[[nodiscard]] nlohmann::json laboratory_json(const diagnose::Laboratory& laboratory);
+[[nodiscard]] nlohmann::json laboratory_json(const diagnose::Diagnosis& laboratory);
 
 /// The verdict, the effects, Y and β over the stems, and the remarkable stems. `with_details`: also
 /// the table of all stems and of the fitted models.
-[[nodiscard]] std::string laboratory_text(const diagnose::Laboratory& laboratory, bool with_details,
+[[nodiscard]] std::string laboratory_text(const diagnose::Diagnosis& laboratory, bool with_details,
                                           const TextStyle& style);
 
 } // namespace culm::present

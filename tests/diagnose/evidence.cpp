@@ -1,23 +1,26 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/evidence/linear_evidence.hpp"
+#include "diagnose/evidence/effect_view.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
 
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include <gtest/gtest.h>
 
 namespace culm::tests {
 namespace {
 
-/// A model with one own parameter and this residual.
-fit::WeightedSystem stacked(const Eigen::VectorXd& own, const Eigen::VectorXd& residual) {
-    fit::WeightedSystem out;
-    out.jacobian = own;
-    out.residual = residual;
-    out.fitted = own.cols();
-    out.predicted = Eigen::VectorXd::Zero(residual.size());
-    return out;
+/// The evidence of candidates beside a model with one own parameter and this residual.
+diagnose::LinearEvidence evidence(const Eigen::VectorXd& own, const Eigen::VectorXd& residual,
+                                  std::vector<diagnose::CandidateView> candidates) {
+    diagnose::SharedColumns stem;
+    stem.own = {0};
+    stem.system.jacobian = own;
+    stem.system.residual = residual;
+    stem.system.fitted = own.cols();
+    return evidence_in(view_of(std::move(candidates), stem));
 }
 
 diagnose::CandidateView effect(const Eigen::VectorXd& column, bool is_one_sided) {
@@ -35,7 +38,7 @@ TEST(LinearEvidence, EqualsTheIntegralOverTheSize) {
     const Eigen::VectorXd own{{1.0, 0.0, 0.0}};
     const Eigen::VectorXd residual{{0.3, 2.0, -1.0}};
     const Eigen::VectorXd column{{5.0, 1.5, 0.5}};
-    const diagnose::LinearEvidence linear(stacked(own, residual), {effect(column, false)});
+    const diagnose::LinearEvidence linear = evidence(own, residual, {effect(column, false)});
     const std::vector<std::size_t> set{0};
     const diagnose::PredictedGain gain = linear.gain(set);
     // Column and residual without the part that the own parameter imitates.
@@ -58,9 +61,9 @@ TEST(LinearEvidence, RejectsASizeWithTheForbiddenSign) {
     const Eigen::VectorXd residual{{0.0, 2.0, 0.0}};
     const std::vector<std::size_t> set{0};
     const Eigen::VectorXd column{{0.0, -3.0, 0.0}};
-    const diagnose::LinearEvidence either(stacked(own, residual), {effect(column, false)});
+    const diagnose::LinearEvidence either = evidence(own, residual, {effect(column, false)});
     EXPECT_TRUE(std::isfinite(either.gain(set).log_evidence));
-    const diagnose::LinearEvidence one_sided(stacked(own, residual), {effect(column, true)});
+    const diagnose::LinearEvidence one_sided = evidence(own, residual, {effect(column, true)});
     EXPECT_EQ(one_sided.gain(set).log_evidence, -HUGE_VAL);
 }
 
@@ -68,8 +71,8 @@ TEST(LinearEvidence, IsLowerForTwoEqualEffectsThanForOne) {
     const Eigen::VectorXd own{{1.0, 0.0, 0.0}};
     const Eigen::VectorXd residual{{0.0, 4.0, 0.0}};
     const Eigen::VectorXd column{{0.0, 3.0, 0.0}};
-    const diagnose::LinearEvidence linear(stacked(own, residual),
-                                          {effect(column, false), effect(column, false)});
+    const diagnose::LinearEvidence linear =
+        evidence(own, residual, {effect(column, false), effect(column, false)});
     const std::vector<std::size_t> one{0};
     const std::vector<std::size_t> both{0, 1};
     EXPECT_LT(linear.gain(both).log_evidence, linear.gain(one).log_evidence - 2.0);

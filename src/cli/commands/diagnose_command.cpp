@@ -8,7 +8,6 @@
 #include "cluster/shell_word.hpp"
 #include "core/user_files.hpp"
 #include "diagnose/diagnosis.hpp"
-#include "diagnose/laboratory/laboratory.hpp"
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/diagnosis.hpp"
@@ -27,7 +26,6 @@
 #include <span>
 #include <string>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include <fmt/format.h>
@@ -257,8 +255,8 @@ std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan
                          {(fs::path(arguments.output) / force_file_name).string()});
 }
 
-core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
-                      const diagnose::Diagnosis& found, const json& provenance) {
+core::ExitCode report_stem(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
+                           const diagnose::Diagnosis& found, const json& provenance) {
     const json document = document_of(arguments, plan, found, provenance);
     write_results(arguments, plan.read.measurements, "diagnosis.json", document);
     if (!arguments.output.empty()) {
@@ -277,8 +275,8 @@ core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& p
     return any_failed ? core::ExitCode::PointsFailed : core::ExitCode::Done;
 }
 
-core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
-                      const diagnose::Laboratory& found, const json& provenance) {
+core::ExitCode report_laboratory(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
+                                 const diagnose::Diagnosis& found, const json& provenance) {
     json document = present::laboratory_json(found);
     document["folders"] = present::array_of(plan.read.folders,
                                             [](const fs::path& folder) { return folder.string(); });
@@ -365,16 +363,13 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
         announce_cost(arguments, plan, rank_count(communicator));
     }
     diagnose::DiagnosisOptions options = options_of(arguments, plan);
-    std::variant<diagnose::Diagnosis, diagnose::Laboratory> found;
+    diagnose::Diagnosis found;
     try {
         StepDisplay display(arguments.is_quiet || !is_root(communicator));
         options.progress = [&display](const std::string& step) { display.begin(step); };
         options.map = farm::over_ranks(communicator,
                                        item_options(arguments, display, kept.get(), communicator));
-        if (plan.specimens.size() > 1)
-            found = diagnose::diagnose_laboratory(plan.specimens, options);
-        else
-            found = diagnose::diagnose(plan.read.measurements, options);
+        found = diagnose::diagnose(plan.specimens, options);
     } catch (const core::StorageError& error) { // every rank meets it
         if (is_root(communicator))
             print_error(error.what());
@@ -388,8 +383,9 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
     }
     const json facts = provenance.document();
     return farm::on_root(communicator, [&] {
-        const core::ExitCode code = std::visit(
-            [&](const auto& answer) { return report(arguments, plan, answer, facts); }, found);
+        const core::ExitCode code = plan.specimens.size() > 1
+                                        ? report_laboratory(arguments, plan, found, facts)
+                                        : report_stem(arguments, plan, found, facts);
         if (kept)
             kept->remove();
         return code;

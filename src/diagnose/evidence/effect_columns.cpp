@@ -278,19 +278,6 @@ Eigen::Index EffectColumns::column_count() const {
     return count;
 }
 
-Eigen::MatrixXd column_matrix(std::span<const CandidateView> candidates, Eigen::Index rows) {
-    Eigen::Index count = 0;
-    for (const CandidateView& each : candidates)
-        count += each.columns.column_count();
-    Eigen::MatrixXd readings(rows, count);
-    Eigen::Index k = 0;
-    for (const CandidateView& each : candidates)
-        for (const EffectNode& node : each.columns.nodes)
-            for (const EffectColumn& column : node.columns)
-                readings.col(k++) = Eigen::Map<const Eigen::VectorXd>(column.readings.data(), rows);
-    return readings;
-}
-
 EffectColumns effect_columns(const fit::Fit& base, const physics::SelectedEffect& effect,
                              std::span<const fit::ObservedRecording> recordings,
                              const fit::FitOptions& options) {

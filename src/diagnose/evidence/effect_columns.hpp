@@ -69,15 +69,11 @@ void fields(Wire& wire, EffectColumns& columns) {
     wire(columns.failure, columns.nodes, columns.batches);
 }
 
-/// A candidate effect, linearised about the best model.
+/// A candidate effect, linearised about a fitted model.
 struct CandidateView {
     physics::SelectedEffect effect;
     EffectColumns columns;
 };
-
-/// Readings of all columns of the candidates, side by side.
-[[nodiscard]] Eigen::MatrixXd column_matrix(std::span<const CandidateView> candidates,
-                                            Eigen::Index rows);
 
 /// Columns at every point of the effect's grid: derivatives by its sizes where it is absent. If
 /// first derivatives may be weak (a soft clamp, an elliptic section, a slow release), also

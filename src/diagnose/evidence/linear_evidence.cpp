@@ -33,17 +33,6 @@ struct LinearEvidence::Sum {
     }
 };
 
-LinearEvidence::LinearEvidence(const fit::WeightedSystem& system,
-                               const std::vector<CandidateView>& candidates) {
-    const fit::Projector own(system.jacobian);
-    const Eigen::MatrixXd remainder =
-        own.remainder(column_matrix(candidates, system.residual.size()));
-    gram_ = remainder.transpose() * remainder;
-    overlap_ = remainder.transpose() * own.remainder(system.residual);
-    for (const CandidateView& each : candidates)
-        add_nodes(each.columns);
-}
-
 LinearEvidence::LinearEvidence(const std::vector<EffectColumns>& candidates, Eigen::MatrixXd gram,
                                Eigen::VectorXd overlap)
     : gram_(std::move(gram)), overlap_(std::move(overlap)) {

@@ -4,7 +4,6 @@
 
 #include "diagnose/evidence/effect_columns.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
-#include "fit/linear/scaled_solve.hpp"
 
 #include <map>
 #include <span>
@@ -41,10 +40,8 @@ struct PredictedGain {
 /// S changes log Z by ½ bᵀ (G + I)⁻¹ b − ½ log|G + I| + log P(S), G = SᵀS, b = Sᵀ r.
 class LinearEvidence {
   public:
-    /// `candidates` may include failed ones.
-    LinearEvidence(const fit::WeightedSystem& system, const std::vector<CandidateView>& candidates);
-
-    /// From SᵀS and Sᵀr, summed over stems; the columns of `candidates` need no readings.
+    /// From G and b. The columns of the candidates, which may include failed ones, need no
+    /// readings.
     LinearEvidence(const std::vector<EffectColumns>& candidates, Eigen::MatrixXd gram,
                    Eigen::VectorXd overlap);
 

@@ -26,6 +26,10 @@ using physics::FittedAs;
 /// laboratory, and other laboratories have sizes a few times larger.
 constexpr double deviation_over_default = 3.0;
 
+bool contains(const std::vector<std::string>& names, const std::string& name) {
+    return std::ranges::find(names, name) != names.end();
+}
+
 /// The parameter as the effect describes it for this stem.
 std::optional<physics::EffectParameter> described(const fit::FreeParameter& parameter,
                                                   const fit::StemModel& model) {
@@ -63,16 +67,17 @@ struct Columns {
 
 /// Adds the priors of the effects' parameters.
 Columns add_priors(const fit::Fit& fit, const fit::JointLayout& layout,
-                   const fit::SelectedEffects& known, ModelEvidence& out) {
+                   const std::vector<std::string>& given, const std::vector<std::string>& held,
+                   ModelEvidence& out) {
     Columns columns;
     for (std::size_t k = 0; k < fit.system.ids.size(); ++k) {
         const auto place = static_cast<Eigen::Index>(k);
         const physics::ParameterId& id = fit.system.ids[k];
-        const bool is_known = std::ranges::any_of(
-            known, [&](const auto& each) { return each.effect->name() == id.effect; });
+        if (id.is_of_effect() && contains(held, id.effect))
+            continue;
         if (fit.system.errors[k] == fit::ErrorKind::SecondMode)
             columns.of_model.push_back(place);
-        if (fit.system.errors[k] || !id.is_of_effect() || is_known) {
+        if (fit.system.errors[k] || !id.is_of_effect() || contains(given, id.effect)) {
             columns.others.push_back(place);
             continue;
         }
@@ -187,10 +192,11 @@ NoiseScale noise_as_assumed(const fit::Fit& first) {
     return scale;
 }
 
-std::vector<std::string> absent_effects(const fit::Fit& fit, const fit::SelectedEffects& known) {
+std::vector<std::string> absent_effects(const fit::Fit& fit,
+                                        const std::vector<std::string>& given) {
     std::vector<std::string> absent;
     for (const physics::SelectedEffect& selected : fit.effects) {
-        if (fit::contains(known, selected))
+        if (contains(given, selected.effect->name()))
             continue;
         bool has_size = false;
         bool is_there = false;
@@ -213,7 +219,8 @@ bool is_at_noise(const fit::Fit& fit) {
 }
 
 ModelEvidence evidence_of(const fit::Fit& fit, std::span<const fit::ObservedRecording> recordings,
-                          const fit::SelectedEffects& known) {
+                          const std::vector<std::string>& given,
+                          const std::vector<std::string>& held) {
     ModelEvidence out;
     for (const fit::RecordingMisfit& misfit : fit.misfits)
         out.misfits.push_back(misfit.is_noise_known ? misfit.chi_squared
@@ -222,13 +229,13 @@ ModelEvidence evidence_of(const fit::Fit& fit, std::span<const fit::ObservedReco
     for (const fit::Pull& pull : fit.pulls)
         out.squared_pulls += pull.value * pull.value;
     for (const physics::SelectedEffect& effect : fit.effects)
-        out.effects += fit::contains(known, effect) ? 0 : 1;
+        out.effects += contains(given, effect.effect->name()) ? 0 : 1;
     const Columns columns =
-        add_priors(fit, fit::joint_layout(fit::start_from(fit), recordings), known, out);
+        add_priors(fit, fit::joint_layout(fit::start_from(fit), recordings), given, held, out);
     add_model_terms(fit.system, columns, out);
     if (out.effects == 0)
         return out;
-    out.absent_effects = absent_effects(fit, known);
+    out.absent_effects = absent_effects(fit, given);
     out.numbers = columns.own.size();
     const fit::Projector nuisance(fit.system.jacobian(Eigen::all, columns.others));
     const Eigen::MatrixXd left = nuisance.remainder(fit.system.jacobian(Eigen::all, columns.own));
@@ -263,7 +270,7 @@ double log_evidence(const ModelEvidence& evidence, const NoiseScale& noise) {
         covariance.diagonal().array() += 1.0;
         log_volume -= 0.5 * std::log(covariance.determinant());
     }
-    return evidence.offset + log_likelihood + evidence.log_prior + log_volume +
+    return log_likelihood + evidence.log_prior + log_volume +
            static_cast<double>(evidence.effects) * log_prior_odds();
 }
 

@@ -43,16 +43,15 @@ struct ModelEvidence {
     std::vector<double> prior_precision; ///< (d)
     /// (k · k) MᵀM of the k error terms of the model, with all numbers but the effects' eliminated.
     std::vector<double> model_terms;
-    double offset = 0.0;     ///< of the log evidence, of a fit with another number of spheres
-    std::size_t effects = 0; ///< that may or may not act
+    std::size_t effects = 0;                 ///< that may or may not act
     std::vector<std::string> absent_effects; ///< those of them that ended where they are absent
 };
 
 template <class Wire>
 void fields(Wire& wire, ModelEvidence& evidence) {
     wire(evidence.misfits, evidence.squared_pulls, evidence.numbers, evidence.log_prior,
-         evidence.information, evidence.prior_precision, evidence.model_terms, evidence.offset,
-         evidence.effects, evidence.absent_effects);
+         evidence.information, evidence.prior_precision, evidence.model_terms, evidence.effects,
+         evidence.absent_effects);
 }
 
 /// Variance of the noise over what the fits assume, for each recording.
@@ -72,17 +71,19 @@ struct NoiseScale {
 /// as noise in all models; the mean square of its residuals if no noise is known.
 [[nodiscard]] NoiseScale noise_scale_of(const fit::Fit& best);
 
-/// Names of the effects whose sizes all ended at their absence, without the `known` ones.
+/// Names of the effects whose sizes all ended at their absence, without the `given` ones.
 [[nodiscard]] std::vector<std::string> absent_effects(const fit::Fit& fit,
-                                                      const fit::SelectedEffects& known);
+                                                      const std::vector<std::string>& given);
 
 /// Within three standard deviations of χ² for noise alone.
 [[nodiscard]] bool is_at_noise(const fit::Fit& fit);
 
-/// `known`: effects that certainly act and have no prior probability.
+/// `given`: names of effects that have no prior probability here; `held`: of those, effects whose
+/// numbers are not the stem's own.
 [[nodiscard]] ModelEvidence evidence_of(const fit::Fit& fit,
                                         std::span<const fit::ObservedRecording> recordings,
-                                        const fit::SelectedEffects& known);
+                                        const std::vector<std::string>& given,
+                                        const std::vector<std::string>& held = {});
 
 /// log Z = −½ rᵀ S⁻¹ r − ½ log|S| + log π(numbers) + ½ d log 2π − ½ log|H| + log P(effects), the
 /// Laplace approximation (MacKay 1992, Neural Comput. 4:415-447), up to a constant common to all

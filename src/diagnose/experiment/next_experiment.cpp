@@ -162,11 +162,9 @@ fit::Fit fit_of(const Rival& rival, std::span<const fit::ObservedRecording> alon
     fit::Fit fit = fit::rerun(rival.fit, alone, options);
     if (rival.assumed.empty())
         return fit;
-    const fit::StemModel& model = fit.parts.front().model;
-    std::vector<bool> is_held;
-    for (const physics::ParameterId& id : model.free_ids())
-        is_held.push_back(id.effect == rival.assumed);
-    return fit::fit_jointly({&model, 1}, alone, {options, is_held});
+    fit::JointOptions held{options};
+    held.held_effects = {rival.assumed};
+    return fit::fit_jointly({&fit.parts.front().model, 1}, alone, std::move(held));
 }
 
 /// The smallest squared distance, over the noise, between the prediction of `truth` and that of

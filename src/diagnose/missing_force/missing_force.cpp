@@ -3,7 +3,7 @@
 
 #include "core/error.hpp"
 #include "diagnose/missing_force/term_selection.hpp"
-#include "diagnose/planned_model.hpp"
+#include "diagnose/stem_fit.hpp"
 #include "fit/linear/scaled_solve.hpp"
 #include "fit/solve/error_solution.hpp"
 #include "physics/effects/stem_scales.hpp"

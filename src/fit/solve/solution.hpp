@@ -46,6 +46,8 @@ struct FitOptions {
     run::Heartbeat heartbeat;
     bool with_inputs = true; ///< the linear solution has terms of stated inputs and second mode
     int largest_iterations = 50;
+    /// Names of effects whose numbers keep their values; the system has their derivatives.
+    std::vector<std::string> held_effects;
 };
 
 /// `options` with this heartbeat, or unchanged if it is empty.

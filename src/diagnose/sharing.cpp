@@ -1,70 +1,40 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/laboratory/shared_block.hpp"
+#include "diagnose/sharing.hpp"
 
 #include "fit/linear/layout.hpp"
 #include "fit/linear/scaled_solve.hpp"
-#include "fit/solve/error_solution.hpp"
 
 #include <algorithm>
+#include <cstddef>
 
 namespace culm::diagnose {
-namespace {
 
-/// The models of the fit with the parameters of the rig's effects free.
-fit::StartModels with_free_effects(const fit::Fit& fit, std::span<const RigEffect> effects) {
-    fit::StartModels models = fit::start_from(fit);
-    for (fit::StemModel& model : models)
-        for (const RigEffect& each : effects)
-            for (const std::size_t k : free_parameters(each.effect))
-                model.parameters.push_back(
-                    fit::effect_parameter(*each.effect.effect, model.spec.stem, k));
-    return models;
+std::string shared_name(const std::string& effect, const std::string& parameter,
+                        const std::string& rig) {
+    return to_string(physics::ParameterId{effect, parameter, {}}) + " of rig " + rig;
 }
 
-const RigEffect* effect_of(const physics::ParameterId& id, std::span<const RigEffect> effects) {
-    const auto found = std::ranges::find_if(effects, [&](const RigEffect& each) {
-        return id.is_of_effect() && each.effect.effect->name() == id.effect;
-    });
-    return found == effects.end() ? nullptr : &*found;
-}
-
-} // namespace
-
-std::vector<std::size_t> free_parameters(const physics::SelectedEffect& effect) {
-    const std::vector<physics::EffectParameter> parameters = effect.effect->parameters();
-    std::vector<std::size_t> free;
-    for (std::size_t k = 0; k < parameters.size(); ++k)
-        if (parameters[k].calibrated && !effect.fixed[k])
-            free.push_back(k);
-    return free;
-}
-
-std::string RigEffect::shared_name(const std::string& parameter) const {
-    return to_string(physics::ParameterId{effect.effect->name(), parameter, {}}) + " of rig " + rig;
-}
-
-SharedReadings shared_readings(const fit::Fit& fit,
-                               std::span<const fit::ObservedRecording> recordings,
-                               std::span<const RigEffect> effects,
-                               const std::vector<std::string>& shared_terms,
-                               const run::Heartbeat& heartbeat) {
-    const fit::StartModels models = with_free_effects(fit, effects);
-    SharedReadings out;
-    out.system = effects.empty() ? fit.system : fit::system_at(models, fit, recordings, heartbeat);
-    const fit::JointLayout layout = fit::joint_layout(models, recordings);
+SharedColumns shared_columns(const fit::Fit& fit,
+                             std::span<const fit::ObservedRecording> recordings,
+                             const Sharing& sharing) {
+    SharedColumns out;
+    out.system = fit.system;
     fit::WeightedSystem& system = out.system;
+    const fit::JointLayout layout = fit::joint_layout(fit::start_from(fit), recordings);
     Eigen::Index constraint = system.readings();
     for (std::size_t k = 0; k < system.ids.size(); ++k) {
         const auto column = static_cast<Eigen::Index>(k);
         const physics::ParameterId& id = system.ids[k];
         const Eigen::Index row = system.errors[k] ? constraint++ : 0;
-        if (const RigEffect* const effect = effect_of(id, effects)) {
+        const auto rig = id.is_of_effect() ? sharing.rig_of.find(id.effect) : sharing.rig_of.end();
+        if (rig != sharing.rig_of.end()) {
             const auto [m, parameter] = layout.owners[k];
-            out.at.push_back(fit::to_coordinate(models[m].parameters[parameter].fitted_as,
-                                                models[m].value(parameter)));
-            out.names.push_back(effect->shared_name(id.name));
+            const fit::StemModel& model = fit.parts[m].model;
+            out.at.push_back(
+                fit::to_coordinate(model.fitted_as(parameter), model.value(parameter)));
+            out.names.push_back(shared_name(id.effect, id.name, rig->second));
         } else if (system.errors[k] &&
-                   std::ranges::find(shared_terms, id.name) != shared_terms.end()) {
+                   std::ranges::find(sharing.terms, id.name) != sharing.terms.end()) {
             // About its value in the stem's solution, without its prior.
             out.at.push_back(std::ranges::find(fit.pulls, id.name, &fit::Pull::id)->value);
             system.residual -= out.at.back() * system.jacobian.col(column);
@@ -75,34 +45,27 @@ SharedReadings shared_readings(const fit::Fit& fit,
             out.own.push_back(column);
             continue;
         }
-        out.shared.push_back(column);
+        out.columns.push_back(column);
     }
-    out.columns = system.jacobian(Eigen::all, out.shared);
     return out;
 }
 
-SharedBlock block_of(const SharedReadings& readings) {
-    SharedBlock block{readings.names, readings.at, {}, {}, {}};
-    const fit::Projector own(readings.system.jacobian(Eigen::all, readings.own));
-    const Eigen::MatrixXd remainder = own.remainder(readings.columns);
-    const Eigen::VectorXd gradient = remainder.transpose() * readings.system.residual;
+SharedBlock block_of(const SharedColumns& stem) {
+    SharedBlock block{stem.names, stem.at, {}, {}, {}};
+    const Eigen::MatrixXd columns = stem.system.jacobian(Eigen::all, stem.columns);
+    const fit::Projector own(stem.system.jacobian(Eigen::all, stem.own));
+    const Eigen::MatrixXd remainder = own.remainder(columns);
+    const Eigen::VectorXd gradient = remainder.transpose() * stem.system.residual;
     const Eigen::MatrixXd information = remainder.transpose() * remainder;
-    const Eigen::MatrixXd coefficients = own.coefficients(readings.columns);
-    // The fixed model has all columns but those of the rig's effects, in the same order.
-    std::vector<Eigen::Index> places;
-    Eigen::Index count = 0;
-    for (Eigen::Index k = 0; k < readings.system.jacobian.cols(); ++k) {
-        const auto shared = std::ranges::find(readings.shared, k);
-        const bool is_own = shared == readings.shared.end();
-        if (is_own)
-            places.push_back(count);
-        const bool is_effect =
-            !is_own && readings.system.ids[static_cast<std::size_t>(k)].is_of_effect();
-        count += is_effect ? 0 : 1;
-    }
-    Eigen::MatrixXd follow = Eigen::MatrixXd::Zero(count, block.size());
-    for (std::size_t k = 0; k < places.size(); ++k)
-        follow.row(places[k]) = -coefficients.row(static_cast<Eigen::Index>(k));
+    const Eigen::MatrixXd coefficients = own.coefficients(columns);
+    Eigen::MatrixXd follow = Eigen::MatrixXd::Zero(stem.system.fitted, block.size());
+    for (std::size_t k = 0; k < stem.own.size(); ++k)
+        if (stem.own[k] < stem.system.fitted)
+            follow.row(stem.own[k]) = -coefficients.row(static_cast<Eigen::Index>(k));
+    for (Eigen::Index k = 0; k < block.size(); ++k)
+        if (const Eigen::Index column = stem.columns[static_cast<std::size_t>(k)];
+            column < stem.system.fitted)
+            follow(column, k) = 1.0;
     block.gradient.assign(gradient.data(), gradient.data() + gradient.size());
     block.information.assign(information.data(), information.data() + information.size());
     block.follow.assign(follow.data(), follow.data() + follow.size());
@@ -126,7 +89,10 @@ SharedMinimum minimum_of(std::span<const SharedBlock> blocks, std::span<const do
             if (out.find(name) < 0)
                 out.names.push_back(name);
     std::ranges::sort(out.names);
+    out.stem_changes.assign(blocks.size(), 0.0);
     const auto count = static_cast<Eigen::Index>(out.names.size());
+    if (count == 0)
+        return out;
     out.hessian = Eigen::MatrixXd::Zero(count, count);
     Eigen::VectorXd right = Eigen::VectorXd::Zero(count); // about the priors' means
     Eigen::VectorXd mean(count);
@@ -162,8 +128,8 @@ SharedMinimum minimum_of(std::span<const SharedBlock> blocks, std::span<const do
         const Eigen::Map<const Eigen::VectorXd> gradient(block.gradient.data(), block.size());
         const Eigen::VectorXd move =
             out.at(places[s]) - Eigen::Map<const Eigen::VectorXd>(block.at.data(), block.size());
-        out.stem_changes.push_back((gradient.dot(move) - 0.5 * move.dot(information * move)) /
-                                   variances[s]);
+        out.stem_changes[s] =
+            (gradient.dot(move) - 0.5 * move.dot(information * move)) / variances[s];
     }
     return out;
 }

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/evidence/effect_view.hpp"
+
+#include "fit/linear/scaled_solve.hpp"
+
+#include <utility>
+
+namespace culm::diagnose {
+namespace {
+
+/// Readings of all columns of the candidates, side by side.
+Eigen::MatrixXd column_matrix(std::span<const CandidateView> candidates, Eigen::Index rows) {
+    Eigen::Index count = 0;
+    for (const CandidateView& each : candidates)
+        count += each.columns.column_count();
+    Eigen::MatrixXd readings(rows, count);
+    Eigen::Index k = 0;
+    for (const CandidateView& each : candidates)
+        for (const EffectNode& node : each.columns.nodes)
+            for (const EffectColumn& column : node.columns)
+                readings.col(k++) = Eigen::Map<const Eigen::VectorXd>(column.readings.data(), rows);
+    return readings;
+}
+
+template <class Matrix>
+std::vector<double> numbers_of(const Matrix& matrix) {
+    return {matrix.data(), matrix.data() + matrix.size()};
+}
+
+} // namespace
+
+Eigen::Index EffectView::column_count() const {
+    return first_column(columns.size(), 0);
+}
+
+Eigen::Index EffectView::first_column(std::size_t candidate, std::size_t node) const {
+    Eigen::Index first = 0;
+    for (std::size_t c = 0; c < candidate; ++c)
+        first += columns[c].column_count();
+    for (std::size_t n = 0; n < node; ++n)
+        first += std::ssize(columns[candidate].nodes[n].columns);
+    return first;
+}
+
+Eigen::Map<const Eigen::MatrixXd> EffectView::gram_matrix() const {
+    return {gram.data(), std::ssize(overlap), std::ssize(overlap)};
+}
+
+Eigen::Map<const Eigen::VectorXd> EffectView::overlap_vector() const {
+    return {overlap.data(), std::ssize(overlap)};
+}
+
+Eigen::Map<const Eigen::MatrixXd> EffectView::coefficient_matrix() const {
+    const Eigen::Index count = column_count();
+    return {coefficients.data(), count == 0 ? 0 : std::ssize(coefficients) / count, count};
+}
+
+EffectView view_of(std::vector<CandidateView> candidates, const SharedColumns& of) {
+    EffectView view;
+    view.shared = of.names;
+    view.shared_at = of.at;
+    const Eigen::MatrixXd columns = column_matrix(candidates, of.system.residual.size());
+    Eigen::MatrixXd all(columns.rows(), columns.cols() + std::ssize(of.columns));
+    all.leftCols(columns.cols()) = columns;
+    all.rightCols(std::ssize(of.columns)) = of.system.jacobian(Eigen::all, of.columns);
+    const fit::Projector own(of.system.jacobian(Eigen::all, of.own));
+    const Eigen::MatrixXd remainder = own.remainder(all);
+    view.gram = numbers_of(Eigen::MatrixXd(remainder.transpose() * remainder));
+    view.overlap =
+        numbers_of(Eigen::VectorXd(remainder.transpose() * own.remainder(of.system.residual)));
+    view.coefficients = numbers_of(own.coefficients(columns));
+    for (CandidateView& candidate : candidates) {
+        for (EffectNode& node : candidate.columns.nodes)
+            for (EffectColumn& column : node.columns)
+                column.readings.clear();
+        view.columns.push_back(std::move(candidate.columns));
+    }
+    return view;
+}
+
+std::vector<ParameterPrior> priors_of(const CandidateView& candidate, const fit::StemModel& base,
+                                      const fit::ObservedRecording& recording) {
+    std::vector<ParameterPrior> priors;
+    if (!candidate.columns.failure.empty())
+        return priors;
+    const fit::StemModel model = candidate_model(base, {candidate.effect}, recording);
+    for (const fit::FreeParameter& parameter : model.parameters)
+        if (parameter.access.id.effect == candidate.effect.effect->name())
+            priors.push_back(prior_of(parameter, model));
+    return priors;
+}
+
+LinearEvidence evidence_in(const EffectView& view) {
+    return {view.columns, view.gram_matrix(), view.overlap_vector()};
+}
+
+} // namespace culm::diagnose

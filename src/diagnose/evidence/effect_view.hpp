@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// What the readings of one fitted stem show of candidate effects.
+//
+// With the Jacobian J of the stem's own numbers (its parameters and error terms), the columns C of
+// the candidates, then of the numbers that it shares with other stems, and the residual r,
+//
+//     coefficients = J⁺ C,   gram = C'ᵀ C',   overlap = C'ᵀ r,   C' = C − J J⁺ C:
+//
+// a fit of the stem's own numbers hides J J⁺ C, and C' is what it can detect (Frisch, Waugh and
+// Lovell). Everything that a search asks about the candidates follows from these small matrices, so
+// the readings do not travel.
+#pragma once
+
+#include "diagnose/evidence/effect_columns.hpp"
+#include "diagnose/evidence/linear_evidence.hpp"
+#include "diagnose/evidence/log_evidence.hpp"
+#include "diagnose/sharing.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include <Eigen/Core>
+
+namespace culm::diagnose {
+
+struct EffectView {
+    std::vector<EffectColumns> columns; ///< (candidates) without readings; some may have failed
+    std::vector<std::vector<ParameterPrior>> priors; ///< (candidates)(free parameters)
+    std::vector<std::string> shared;                 ///< names of the shared numbers
+    std::vector<double> shared_at;                   ///< (shared) coordinates
+    std::vector<double> gram;                        ///< (all · all)
+    std::vector<double> overlap;                     ///< (all)
+    std::vector<double> coefficients;                ///< (own · columns of the candidates)
+
+    /// Number of columns of the candidates.
+    [[nodiscard]] Eigen::Index column_count() const;
+    /// The first column of a candidate's node.
+    [[nodiscard]] Eigen::Index first_column(std::size_t candidate, std::size_t node) const;
+    [[nodiscard]] Eigen::Map<const Eigen::MatrixXd> gram_matrix() const;
+    [[nodiscard]] Eigen::Map<const Eigen::VectorXd> overlap_vector() const;
+    [[nodiscard]] Eigen::Map<const Eigen::MatrixXd> coefficient_matrix() const;
+};
+
+template <class Wire>
+void fields(Wire& wire, ParameterPrior& prior) {
+    wire(prior.is_place, prior.is_one_sided, prior.absent, prior.deviation, prior.range);
+}
+template <class Wire>
+void fields(Wire& wire, EffectView& view) {
+    wire(view.columns, view.priors, view.shared, view.shared_at, view.gram, view.overlap,
+         view.coefficients);
+}
+
+/// `candidates`: with readings, about the fit with this system. Without priors.
+[[nodiscard]] EffectView view_of(std::vector<CandidateView> candidates,
+                                 const SharedColumns& system);
+
+/// Of the candidate's free parameters, beside the effects of a fitted model.
+[[nodiscard]] std::vector<ParameterPrior> priors_of(const CandidateView& candidate,
+                                                    const fit::StemModel& base,
+                                                    const fit::ObservedRecording& recording);
+
+/// Evidence of the candidates in a stem that shares nothing.
+[[nodiscard]] LinearEvidence evidence_in(const EffectView& view);
+
+} // namespace culm::diagnose

@@ -1,0 +1,238 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/linearised.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include <Eigen/Cholesky>
+
+namespace culm::diagnose {
+namespace {
+
+/// Have two stems the same points of the grid, with columns for the same sizes?
+bool has_same_columns(const EffectColumns& one, const EffectColumns& other) {
+    return std::ranges::equal(one.nodes, other.nodes, [](const auto& a, const auto& b) {
+        return std::ranges::equal(a.columns, b.columns, [](const auto& left, const auto& right) {
+            return left.parameter == right.parameter && left.is_certain == right.is_certain &&
+                   (left.secant == 0.0) == (right.secant == 0.0);
+        });
+    });
+}
+
+/// Structure of the first stem that shows the candidate, with the stems' means of the values at its
+/// points and of the usual sizes.
+void average(std::size_t candidate, const std::vector<const EffectView*>& views, RigView& out) {
+    EffectColumns& common = out.columns.emplace_back();
+    std::vector<ParameterPrior>& priors = out.priors.emplace_back();
+    common.failure = "no stem shows it";
+    double count = 0.0;
+    for (const EffectView* view : views) {
+        const EffectColumns& mine = view->columns[candidate];
+        if (!mine.failure.empty() || (count > 0.0 && !has_same_columns(common, mine)))
+            continue;
+        if (count == 0.0) {
+            common = mine;
+            priors = view->priors[candidate];
+        } else {
+            for (std::size_t k = 0; k < priors.size(); ++k) {
+                priors[k].deviation += view->priors[candidate][k].deviation;
+                for (std::size_t n = 0; n < common.nodes.size(); ++n)
+                    common.nodes[n].values[k] += mine.nodes[n].values[k];
+            }
+        }
+        count += 1.0;
+    }
+    for (ParameterPrior& prior : priors)
+        prior.deviation /= count;
+    for (EffectNode& node : common.nodes)
+        for (double& value : node.values)
+            value /= count;
+}
+
+/// Gram matrix and overlap of columns, the shared ones last.
+struct Normal {
+    Eigen::MatrixXd gram;
+    Eigen::VectorXd overlap;
+
+    /// Without what the shared numbers imitate, whose Hessian is that of all stems.
+    [[nodiscard]] Normal without_shared(const SharedMinimum& shared,
+                                        const std::vector<Eigen::Index>& places) const {
+        const Eigen::Index count = gram.cols() - std::ssize(places);
+        Normal out{gram.topLeftCorner(count, count), overlap.head(count)};
+        if (places.empty())
+            return out;
+        const Eigen::VectorXd scale = shared.hessian.diagonal().cwiseSqrt().cwiseInverse();
+        const Eigen::LDLT<Eigen::MatrixXd> factors(scale.asDiagonal() * shared.hessian *
+                                                   scale.asDiagonal());
+        Eigen::MatrixXd across = Eigen::MatrixXd::Zero(shared.hessian.rows(), count);
+        across(places, Eigen::all) = gram.bottomLeftCorner(std::ssize(places), count);
+        across = scale.asDiagonal() * across;
+        out.gram -= across.transpose() * factors.solve(across);
+        return out;
+    }
+};
+
+std::vector<Eigen::Index> places_of(const EffectView& view, const SharedMinimum& shared) {
+    std::vector<Eigen::Index> places;
+    for (const std::string& name : view.shared)
+        places.push_back(shared.find(name));
+    return places;
+}
+
+/// What a stem shows, with the residual at the common values of the shared numbers.
+Normal normal_of(const EffectView& view, const SharedMinimum& shared, double variance) {
+    Normal out{view.gram_matrix() / variance, view.overlap_vector() / variance};
+    const std::vector<Eigen::Index> places = places_of(view, shared);
+    for (std::size_t k = 0; k < places.size(); ++k)
+        out.overlap -= out.gram.col(view.column_count() + static_cast<Eigen::Index>(k)) *
+                       (shared.at(places[k]) - view.shared_at[k]);
+    return out;
+}
+
+/// Adds what a stem shows, in the common units.
+void add_stem(const EffectView& view, const Normal& own, const SharedMinimum& shared,
+              const RigView& common, Eigen::Index columns, Normal& sum) {
+    std::vector<Eigen::Index> from;
+    std::vector<Eigen::Index> to;
+    std::vector<double> factors;
+    Eigen::Index first = 0;
+    for (std::size_t c = 0; c < view.columns.size(); ++c) {
+        const EffectColumns& mine = view.columns[c];
+        const bool is_same = mine.failure.empty() && has_same_columns(common.columns[c], mine);
+        Eigen::Index at = first;
+        Eigen::Index place = view.first_column(c, 0);
+        for (const EffectNode& node : mine.nodes)
+            for (const EffectColumn& column : node.columns) {
+                if (is_same) {
+                    const bool has_size = column.parameter < common.priors[c].size();
+                    from.push_back(place);
+                    to.push_back(at++);
+                    factors.push_back(has_size ? common.priors[c][column.parameter].deviation /
+                                                     view.priors[c][column.parameter].deviation
+                                               : 1.0);
+                }
+                ++place;
+            }
+        first += common.columns[c].column_count();
+    }
+    const std::vector<Eigen::Index> places = places_of(view, shared);
+    for (std::size_t k = 0; k < places.size(); ++k) {
+        from.push_back(view.column_count() + static_cast<Eigen::Index>(k));
+        to.push_back(columns + places[k]);
+        factors.push_back(1.0);
+    }
+    const Eigen::Map<const Eigen::VectorXd> factor(factors.data(), std::ssize(factors));
+    sum.gram(to, to) += factor.asDiagonal() * own.gram(from, from) * factor.asDiagonal();
+    sum.overlap(to) += factor.asDiagonal() * own.overlap(from);
+}
+
+} // namespace
+
+Linearised::Linearised(const Stems& stems, const Model& base, const std::vector<NoiseScale>& noise)
+    : stems_(&stems), views_(stems.size()) {
+    stems.options().report(fmt::format("computing the effects of {} candidates about {}",
+                                       stems.options().candidates.size(),
+                                       name_of(base.effects, stems)));
+    compute_views(base);
+    for (std::size_t s = 0; s < stems.size(); ++s) {
+        const Normal own = normal_of(views_[s], base.shared, noise[s].mean_known())
+                               .without_shared(base.shared, places_of(views_[s], base.shared));
+        in_stem_.emplace_back(views_[s].columns, own.gram, own.overlap);
+    }
+    for (const std::string& rig : stems.rigs())
+        rigs_.emplace(rig, view_of_rig(rig, base, noise));
+}
+
+void Linearised::compute_views(const Model& base) {
+    const std::vector<std::size_t> fitted = stems_->fitted();
+    const std::size_t count = stems_->options().candidates.size();
+    const std::size_t parts = stems_->parts_per_stem(count);
+    const auto view = [&](std::size_t s, std::vector<EffectColumns> columns,
+                          const fit::FitOptions& options) {
+        return view_about(*stems_, s, base, std::move(columns), options);
+    };
+    std::vector<EffectView> found;
+    if (parts == 1) {
+        found = stems_->map(fitted, [&](std::size_t item, const fit::FitOptions& options) {
+            const std::size_t s = fitted[item];
+            return view(s, columns_about(*stems_, s, base, 0, count, options), options);
+        });
+    } else {
+        std::vector<std::size_t> of; // each stem `parts` times
+        for (const std::size_t s : fitted)
+            of.insert(of.end(), parts, s);
+        auto columns = stems_->map(of, [&](std::size_t item, const fit::FitOptions& options) {
+            const std::size_t part = item % parts;
+            return columns_about(*stems_, of[item], base, part * count / parts,
+                                 (part + 1) * count / parts, options);
+        });
+        found = stems_->map(fitted, [&](std::size_t item, const fit::FitOptions& options) {
+            std::vector<EffectColumns> all;
+            for (std::size_t part = 0; part < parts; ++part)
+                std::ranges::copy(columns[item * parts + part], std::back_inserter(all));
+            return view(fitted[item], std::move(all), options);
+        });
+    }
+    for (std::size_t k = 0; k < fitted.size(); ++k)
+        views_[fitted[k]] = std::move(found[k]);
+}
+
+PredictedGain Linearised::gain_in(std::size_t stem,
+                                  const std::vector<std::size_t>& candidates) const {
+    return in_stem_[stem].gain(candidates);
+}
+
+RigView Linearised::view_of_rig(const std::string& rig, const Model& base,
+                                const std::vector<NoiseScale>& noise) const {
+    const std::vector<std::size_t> on_rig = stems_->on_rig(rig);
+    std::vector<const EffectView*> views;
+    for (const std::size_t s : on_rig)
+        views.push_back(&views_[s]);
+    RigView out{{}, {}, {{}, {}, {}}};
+    const fit::SelectedEffects& candidates = stems_->options().candidates;
+    Eigen::Index columns = 0;
+    for (std::size_t c = 0; c < candidates.size(); ++c) {
+        average(c, views, out);
+        if (candidates[c].effect->belongs_to() != physics::BelongsTo::Rig)
+            out.columns.back() = {"it is of the stem", {}, 0};
+        columns += out.columns.back().column_count();
+    }
+    const Eigen::Index count = columns + std::ssize(base.shared.names);
+    Normal sum{Eigen::MatrixXd::Zero(count, count), Eigen::VectorXd::Zero(count)};
+    for (const std::size_t s : on_rig)
+        add_stem(views_[s], normal_of(views_[s], base.shared, noise[s].mean_known()), base.shared,
+                 out, columns, sum);
+    std::vector<Eigen::Index> all;
+    for (Eigen::Index k = 0; k < std::ssize(base.shared.names); ++k)
+        all.push_back(k);
+    Normal seen = sum.without_shared(base.shared, all);
+    out.linear = LinearEvidence(out.columns, std::move(seen.gram), std::move(seen.overlap));
+    return out;
+}
+
+ActingEffect Linearised::estimated(const std::string& rig, std::size_t candidate, std::size_t place,
+                                   const PredictedGain& gain) const {
+    const RigView& view = rigs_.at(rig);
+    const PlacedEffect& estimate = gain.points.front().effects[place];
+    const EffectNode& node = view.columns[candidate].nodes[estimate.nearest()];
+    ActingEffect out = on_rig(stems_->options().candidates[candidate], rig, *stems_);
+    const std::vector<physics::EffectParameter> parameters = out.effect.effect->parameters();
+    const std::vector<std::size_t> places = free_parameters(out.effect);
+    for (std::size_t free = 0; free < places.size(); ++free) {
+        const std::size_t k = places[free];
+        out.values[k] = node.values[free];
+        const ParameterPrior& prior = view.priors[candidate][free];
+        for (std::size_t c = 0; c < node.columns.size() && !prior.is_place; ++c)
+            if (node.columns[c].parameter == free) {
+                const double value = fit::from_coordinate(
+                    parameters[k].fitted_as, prior.absent + estimate.amounts[c] * prior.deviation);
+                out.values[k] = std::isfinite(value) // a stiffness without compliance is not
+                                    ? std::clamp(value, parameters[k].lower, parameters[k].upper)
+                                    : parameters[k].upper;
+            }
+    }
+    return out;
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,650 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/search.hpp"
+
+#include "core/error.hpp"
+#include "diagnose/adequacy.hpp"
+#include "diagnose/evidence/estimated_starts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <map>
+#include <memory>
+#include <set>
+#include <utility>
+
+#include <fmt/core.h>
+#include <fmt/ranges.h>
+
+namespace culm::diagnose {
+namespace {
+
+/// Number of models fitted concurrently; two keep two ranks busy.
+constexpr std::size_t models_per_round = 2;
+/// Relative accuracy of predictions across a large misfit.
+constexpr double predicted_within = 0.1;
+constexpr double rough_within = 0.4; ///< across one above Policy::rough_misfit
+/// The search ends after this number of models; the rest is recorded.
+constexpr std::size_t most_visited = 40;
+constexpr int most_noise_estimates = 2;
+
+struct Prediction : UnvisitedModel {
+    std::vector<std::size_t> candidates;        ///< added to the model about which it was made
+    std::string rig;                            ///< to which they were added; empty: to stems
+    std::map<std::size_t, PredictedGain> gains; ///< (stems) of own effects
+    double gain = 0.0;                          ///< of log evidence over that of the base
+    double noise = 1.0;                         ///< mean variance by which it was computed
+};
+
+/// The likeliest model with one added effect, of `within` unless that is null.
+std::optional<std::size_t> likeliest_single(const std::vector<Model>& visited,
+                                            const std::vector<ActingEffect>* within) {
+    std::optional<std::size_t> single;
+    for (std::size_t k = 1; k < visited.size(); ++k)
+        if (visited[k].added() == 1 && std::isfinite(visited[k].log_evidence) &&
+            (within == nullptr || contains_all(*within, visited[k].effects)) &&
+            (!single || visited[k].log_evidence > visited[*single].log_evidence))
+            single = k;
+    return single;
+}
+
+/// Noise by which the models of a search are judged. One stem counts with the noise that its fits
+/// assume. Of several, a stem that the best model does not explain counts less than the others.
+std::vector<NoiseScale> noise_of_search(const Stems& stems, const Model& best) {
+    std::vector<NoiseScale> noise;
+    for (std::size_t s = 0; s < stems.size(); ++s)
+        noise.push_back(stems.is_one() ? noise_as_assumed(stems[s].chain)
+                                       : noise_scale_of(best.stems[s].fit));
+    return noise;
+}
+
+std::vector<NoiseScale> noise_about(const Model& best) {
+    std::vector<NoiseScale> noise;
+    for (const StemFit& stem : best.stems)
+        noise.push_back(noise_scale_of(stem.fit));
+    return noise;
+}
+
+/// Mean over the readings of the stems.
+double mean_of(const std::vector<NoiseScale>& noise, const Model& model) {
+    double sum = 0.0;
+    for (std::size_t s = 0; s < noise.size(); ++s)
+        sum += noise[s].mean_known() * static_cast<double>(model.stems[s].fit.readings);
+    return sum / std::max(1.0, model.readings());
+}
+
+/// Does the size of an effect permit that it is absent from the recording? An effect acts in at
+/// least one recording.
+bool may_be_absent(const fit::Fit& fit, const physics::SelectedEffect& effect,
+                   const std::string& recording) {
+    return fit::belongs_to_recording({effect.effect->name(), {}, {}}) &&
+           effect.absent_from.size() + 1 < fit.misfits.size() &&
+           std::ranges::any_of(fit.parameters, [&](const fit::FittedParameter& parameter) {
+               return parameter.id.effect == effect.effect->name() &&
+                      parameter.id.recording == recording && !parameter.is_place &&
+                      (is_absent(parameter) || parameter.is_at_bound);
+           });
+}
+
+class Search {
+  public:
+    Search(std::span<const Specimen> specimens, const DiagnosisOptions& options)
+        : options_(options), owned_stems_(std::make_shared<Stems>(specimens, options)),
+          stems_(*owned_stems_), fits_(stems_) {
+        visit_chain();
+    }
+
+    [[nodiscard]] SearchResult run() {
+        explore();
+        predict();
+        SearchResult out{owned_stems_, {}, {}, base_, fits_, {}, batches_, is_complete_};
+        for (auto& [key, prediction] : predictions_)
+            if (std::isfinite(prediction.log_evidence) && !is_visited(prediction.effects))
+                out.unvisited.push_back(std::move(prediction));
+        std::ranges::stable_sort(out.unvisited, std::greater{}, &UnvisitedModel::log_evidence);
+        out.visited = std::move(visited_);
+        out.about = std::move(about_);
+        judge_about_best(out);
+        return out;
+    }
+
+  private:
+    [[nodiscard]] const Model& base() const { return visited_[base_]; }
+
+    // --- Fits
+
+    void visit_chain() {
+        visited_.clear();
+        PlannedModel chain;
+        for (std::size_t s = 0; s < stems_.size(); ++s)
+            chain.model.stems.push_back({stems_[s].chain, {}, {}, {}});
+        fits_.set_noise(noise_of_search(stems_, chain.model));
+        add_known(chain.model);
+        for (const std::size_t s : stems_.fitted())
+            chain.starts[s] = chain.model.effects_of(s, stems_).held.empty()
+                                  ? StemStart{&stems_[s].chain, {}}
+                                  : StemStart{};
+        std::vector<PlannedModel> planned{std::move(chain)};
+        fits_.fit(planned);
+        Model& model = planned.front().model;
+        if (model.failed())
+            throw core::NumericalError(core::FailureKind::FitFailed,
+                                       "the model cannot be fitted: " + model.failure);
+        batches_ += model.batches();
+        visited_.push_back(std::move(model));
+        set_base(0);
+    }
+
+    void add_known(Model& model) const {
+        for (const physics::SelectedEffect& each : options_.known) {
+            const bool is_of_rig = each.effect->belongs_to() == physics::BelongsTo::Rig;
+            std::vector<std::size_t> others = stems_.fitted();
+            for (const std::string& rig : stems_.rigs())
+                if (is_of_rig) {
+                    ActingEffect& added = model.effects.emplace_back(on_rig(each, rig, stems_));
+                    added.is_known = true;
+                    std::erase_if(others, [&](std::size_t s) { return added.acts_in(s); });
+                }
+            if (!others.empty())
+                model.effects.push_back({each, {}, std::move(others), {}, true});
+        }
+    }
+
+    void visit(std::vector<PlannedModel> planned) {
+        std::vector<std::string> names;
+        for (const PlannedModel& each : planned)
+            names.push_back(name_of(each.model.effects, stems_));
+        options_.report(fmt::format("fitting {}", fmt::join(names, "; ")));
+        fits_.fit(planned);
+        for (PlannedModel& each : planned) {
+            batches_ += each.model.batches();
+            visited_.push_back(std::move(each.model));
+        }
+    }
+
+    [[nodiscard]] std::vector<Model>::iterator visited(const std::vector<ActingEffect>& effects) {
+        return std::ranges::find(visited_, key_of(effects),
+                                 [](const Model& each) { return key_of(each.effects); });
+    }
+    [[nodiscard]] bool is_visited(const std::vector<ActingEffect>& effects) {
+        return visited(effects) != visited_.end();
+    }
+
+    /// The likeliest model that was fitted and has some of the effects.
+    [[nodiscard]] const Model& likeliest_within(const std::vector<ActingEffect>& effects) const {
+        const Model* likeliest = &visited_.front();
+        for (const Model& each : visited_)
+            if (each.effects.size() < effects.size() &&
+                each.log_evidence > likeliest->log_evidence && contains_all(effects, each.effects))
+                likeliest = &each;
+        return *likeliest;
+    }
+
+    /// Starts from the model's fit with another noise or from the estimate that predicted it.
+    [[nodiscard]] PlannedModel plan_for(const std::vector<ActingEffect>& effects) const {
+        const auto found = predictions_.find(key_of(effects));
+        const Prediction* const prediction = found == predictions_.end() ? nullptr : &found->second;
+        PlannedModel plan = stems_.is_one() ? plan_of_one(effects, prediction)
+                                            : plan_of_several(effects, prediction);
+        if (prediction != nullptr)
+            plan.predicted = prediction->log_evidence;
+        return plan;
+    }
+
+    /// Of one stem, which starts from the likeliest fit that it contains.
+    [[nodiscard]] PlannedModel plan_of_one(const std::vector<ActingEffect>& effects,
+                                           const Prediction* prediction) const {
+        PlannedModel plan;
+        plan.model.effects = effects;
+        plan.model.stems = likeliest_within(effects).stems;
+        StemStart& start = plan.starts[0];
+        start.smaller = &likeliest_within(effects).stems[0].fit;
+        if (const Model* const before = fitted_before(effects))
+            start.starts = [this, before](const fit::FitOptions& options) {
+                return std::vector<fit::StartModels>{
+                    fit::models_of(before->stems[0].fit, stems_[0].recordings, options)};
+            };
+        else if (prediction != nullptr && prediction->base == base_ && about_)
+            start.starts = [this, prediction](const fit::FitOptions& options) {
+                return estimate(0, *prediction, options);
+            };
+        return plan;
+    }
+
+    /// Of several stems: each starts from its numbers in the model that was fitted before, in the
+    /// base if that has more effects, or in the model about which this one was predicted.
+    [[nodiscard]] PlannedModel plan_of_several(const std::vector<ActingEffect>& effects,
+                                               const Prediction* prediction) const {
+        const Model* const before = fitted_before(effects);
+        const bool is_smaller = contains_all(base().effects, effects) || prediction == nullptr;
+        const Model& from = before != nullptr ? *before
+                            : is_smaller      ? base()
+                                              : visited_[prediction->base];
+        PlannedModel plan;
+        plan.model.effects = before != nullptr ? before->effects : effects;
+        plan.model.stems = from.stems;
+        for (const std::size_t s : stems_.fitted()) {
+            const StemEffects now = plan.model.effects_of(s, stems_);
+            if (before == nullptr && key_of_stem(now.all) == key_of_stem(from.stems[s].fit.effects))
+                continue;
+            StemStart start;
+            if (before == nullptr && !is_smaller && prediction->gains.contains(s)) {
+                start.smaller = &from.stems[s].fit;
+                if (prediction->base == base_ && about_)
+                    start.starts = [this, s, prediction](const fit::FitOptions& options) {
+                        return estimate(s, *prediction, options);
+                    };
+            }
+            plan.starts[s] = std::move(start);
+        }
+        return plan;
+    }
+
+    /// Names of a stem's effects and the recordings where they are absent.
+    [[nodiscard]] static std::set<std::string> key_of_stem(const fit::SelectedEffects& effects) {
+        std::set<std::string> key;
+        for (const physics::SelectedEffect& each : effects)
+            key.insert(fmt::format("{} without {}", each.effect->name(),
+                                   fmt::join(each.absent_from, ", ")));
+        return key;
+    }
+
+    /// The model as it was fitted with a previous noise; null: it was not.
+    [[nodiscard]] const Model* fitted_before(const std::vector<ActingEffect>& effects) const {
+        const auto found = std::ranges::find_if(visited_before_, [&](const Model& each) {
+            return !each.failed() && key_of(each.effects) == key_of(effects);
+        });
+        return found == visited_before_.end() ? nullptr : &*found;
+    }
+
+    [[nodiscard]] std::vector<fit::StartModels>
+    estimate(std::size_t s, const Prediction& prediction, const fit::FitOptions& options) const {
+        const std::vector<fit::ObservedRecording>& recordings = stems_[s].recordings;
+        const fit::Fit fit = fit::rerun(base().stems[s].fit, recordings, options);
+        const SharedColumns columns =
+            shared_columns(fit, recordings, base().effects_of(s, stems_).sharing);
+        return starts_to_estimate({fit, recordings, columns, options_.candidates, about_->view(s)},
+                                  prediction.candidates, prediction.gains.at(s));
+    }
+
+    // --- The search
+
+    void explore() {
+        while (visited_.size() < most_visited) {
+            const auto likeliest = std::ranges::max_element(visited_, {}, &Model::log_evidence);
+            if (const auto now = static_cast<std::size_t>(likeliest - visited_.begin());
+                now != base_)
+                set_base(now);
+            std::vector<PlannedModel> planned = neighbours();
+            if (planned.empty()) {
+                predict();
+                planned = likeliest_unvisited();
+            }
+            if (planned.empty()) {
+                predict_swaps();
+                planned = likeliest_unvisited();
+            }
+            // A model that is not expected to be the best is judged by the noise about the best
+            // one. So are additions to a model whose residual is already at the noise.
+            const bool is_better_expected = std::ranges::any_of(planned, [&](const auto& each) {
+                return !(each.predicted <= base().log_evidence); // or is not predicted
+            });
+            if ((!is_better_expected || is_at_noise(base())) && estimate_noise_again())
+                continue;
+            if (planned.empty())
+                return;
+            visit(std::move(planned));
+        }
+        is_complete_ = false;
+    }
+
+    void set_base(std::size_t place) {
+        base_ = place;
+        about_.reset();
+        is_far_ = most_leave_too_much(stems_, base(), reference());
+        fits_.set_noise(noise_of_search(stems_, base()));
+        if (stems_.is_one())
+            return; // the noise is the same
+        for (Model& each : visited_)
+            fits_.judge(each);
+        for (auto& [key, prediction] : predictions_)
+            prediction.log_evidence =
+                visited_[prediction.base].log_evidence +
+                prediction.gain * prediction.noise / mean_of(fits_.noise(), base());
+    }
+
+    /// The misfit that the search explains is that of the published chain; if the chain does not
+    /// move, that of the likeliest model with one effect.
+    [[nodiscard]] const Model& reference() const {
+        const auto single =
+            visited_.front().moves() ? std::nullopt : likeliest_single(visited_, nullptr);
+        return visited_[single.value_or(0)];
+    }
+
+    /// Is the misfit of the model so large that predictions about it are rough?
+    [[nodiscard]] bool is_rough(const Model& model) const {
+        return model.chi_squared() > options_.policy.rough_misfit * model.readings();
+    }
+
+    [[nodiscard]] bool is_at_noise(const Model& model) const {
+        return std::ranges::all_of(stems_.fitted(), [&](std::size_t s) {
+            return diagnose::is_at_noise(model.stems[s].fit);
+        });
+    }
+
+    // --- Models that differ from the base by one effect
+
+    /// Models with one effect less, with an effect that is absent from a recording, or with an
+    /// effect of stems that a rig has instead.
+    [[nodiscard]] std::vector<PlannedModel> neighbours() {
+        std::vector<PlannedModel> planned;
+        const auto add = [&](const std::vector<ActingEffect>& effects) {
+            if (!is_visited(effects) &&
+                std::ranges::none_of(planned, [&](const PlannedModel& each) {
+                    return key_of(each.model.effects) == key_of(effects);
+                }))
+                planned.push_back(plan_for(effects));
+        };
+        for (std::size_t k = 0; k < base().effects.size(); ++k) {
+            if (base().effects[k].is_known)
+                continue;
+            if (base().added() > 1)
+                add(base().without(k).effects);
+            for (const auto& [place, recording] : absences(k)) {
+                std::vector<ActingEffect> effects = base().effects;
+                std::vector<std::string>& absent = effects[k].effect.absent_from;
+                absent.push_back(recording);
+                std::ranges::sort(absent);
+                add(effects);
+            }
+        }
+        return planned;
+    }
+
+    /// Stems and recordings from which effect number `k` of the base may be absent.
+    [[nodiscard]] std::vector<std::pair<std::size_t, std::string>> absences(std::size_t k) const {
+        std::vector<std::pair<std::size_t, std::string>> out;
+        const ActingEffect& effect = base().effects[k];
+        for (const std::size_t s : effect.stems)
+            for (const measure::Measurement& recording : stems_.specimen(s).recordings)
+                if (!effect.is_shared() &&
+                    may_be_absent(base().stems[s].fit, effect.effect, recording.stem.id))
+                    out.emplace_back(s, recording.stem.id);
+        return out;
+    }
+
+    // --- Predictions
+
+    /// Of models with more effects than the base.
+    void predict() {
+        if (about_)
+            return;
+        about_.emplace(stems_, base(), fits_.noise());
+        swapped_.insert(key_of(base().effects));
+        // About a worse model, sets of several effects were predicted across a larger misfit.
+        std::erase_if(predictions_, [&](const auto& entry) {
+            return entry.second.base != base_ && entry.second.candidates.size() > 1;
+        });
+        for (const auto& [rig, view] : about_->rigs())
+            for_each_set(options_.candidates.size(), room(rig),
+                         [&](const auto& set) { return predict_on_rig(*about_, rig, base_, set); });
+        // Sets of own effects are predicted for one stem; several get them one by one.
+        for_each_set(options_.candidates.size(),
+                     stems_.is_one() ? room({}) : std::min<std::size_t>(room({}), 1),
+                     [&](const auto& set) { return predict_in_stems(*about_, base_, set); });
+    }
+
+    /// Number of effects that may be added to a rig; empty: to stems.
+    [[nodiscard]] std::size_t room(const std::string& rig) const {
+        const auto added = static_cast<std::size_t>(
+            std::ranges::count_if(base().effects, [&](const ActingEffect& each) {
+                return each.rig == rig && !each.is_known;
+            }));
+        const std::size_t room = options_.most_effects > added ? options_.most_effects - added : 0;
+        return is_rough(base()) ? std::min<std::size_t>(room, 1) : room;
+    }
+
+    /// Adds the prediction of a model; false if no model has these additions.
+    bool add_prediction(Prediction prediction, const PredictedGain& likeliest, double gain) {
+        if (!can_be_combined(prediction.effects, stems_))
+            return false;
+        prediction.log_evidence = visited_[prediction.base].log_evidence + gain;
+        prediction.gain = gain;
+        prediction.noise = mean_of(fits_.noise(), base());
+        if (!likeliest.points.empty())
+            for (std::size_t k = 0; k < prediction.candidates.size(); ++k)
+                prediction.added.push_back(
+                    {{options_.candidates[prediction.candidates[k]].effect->name(), prediction.rig},
+                     likeliest.points.front().effects[k].fall});
+        predictions_[key_of(prediction.effects)] = std::move(prediction);
+        return true;
+    }
+
+    bool predict_on_rig(const Linearised& about, const std::string& rig, std::size_t base,
+                        const std::vector<std::size_t>& set) {
+        const RigView& view = about.rigs().at(rig);
+        if (!view.columns[set.back()].failure.empty())
+            return false;
+        const PredictedGain gain = view.linear.gain(set);
+        Prediction prediction{{visited_[base].effects, 0.0, base, {}}, set, rig, {}, 0.0, 1.0};
+        for (std::size_t k = 0; k < set.size(); ++k)
+            prediction.effects.push_back(gain.points.empty()
+                                             ? on_rig(options_.candidates[set[k]], rig, stems_)
+                                             : about.estimated(rig, set[k], k, gain));
+        return add_prediction(std::move(prediction), gain, gain.log_evidence);
+    }
+
+    bool predict_in_stems(const Linearised& about, std::size_t base,
+                          const std::vector<std::size_t>& set) {
+        const std::vector<std::size_t> fitted = stems_.fitted();
+        Prediction prediction{{visited_[base].effects, 0.0, base, {}}, set, {}, {}, 0.0, 1.0};
+        const double odds = static_cast<double>(set.size()) * log_prior_odds();
+        std::vector<double> gains;
+        bool is_possible = false;
+        for (const std::size_t s : fitted) {
+            const bool failed = !about.view(s).columns[set.back()].failure.empty();
+            is_possible = is_possible || !failed;
+            if (!failed)
+                prediction.gains[s] = about.gain_in(s, set);
+            gains.push_back(failed ? -std::numeric_limits<double>::infinity()
+                                   : prediction.gains[s].log_evidence - odds);
+        }
+        if (!is_possible)
+            return false;
+        const std::vector<double> presence = presence_of(gains);
+        std::vector<std::size_t> present;
+        double gain = odds;
+        PredictedGain sum; // of the falls
+        for (std::size_t k = 0; k < fitted.size(); ++k) {
+            if (!(presence[k] > present_from) && !(stems_.is_one()))
+                continue;
+            present.push_back(fitted[k]);
+            gain += gains[k];
+            add_falls(prediction.gains[fitted[k]], sum);
+        }
+        if (present.empty())
+            return true;
+        gain += static_cast<double>(set.size()) * log_presence(present.size(), fitted.size());
+        for (const std::size_t c : set)
+            prediction.effects.push_back({options_.candidates[c], {}, present, {}, false});
+        return add_prediction(std::move(prediction), sum, gain);
+    }
+
+    static void add_falls(const PredictedGain& stem, PredictedGain& sum) {
+        if (stem.points.empty())
+            return;
+        if (sum.points.empty()) {
+            sum.points.push_back(stem.points.front());
+            return;
+        }
+        for (std::size_t k = 0; k < stem.points.front().effects.size(); ++k)
+            sum.points.front().effects[k].fall += stem.points.front().effects[k].fall;
+    }
+
+    /// Predicts the models in which another effect stands in the place of one of the base's. A swap
+    /// is a single addition to the model without that effect, which was fitted.
+    void predict_swaps() {
+        const std::vector<ActingEffect> effects = base().effects;
+        for (std::size_t k = 0; k < effects.size(); ++k) {
+            if (effects[k].is_known)
+                continue;
+            std::vector<ActingEffect> smaller = effects;
+            smaller.erase(smaller.begin() + static_cast<std::ptrdiff_t>(k));
+            const auto found = visited(smaller);
+            if (found == visited_.end() || found->failed() || !found->moves() ||
+                !swapped_.insert(key_of(smaller)).second)
+                continue;
+            const auto base = static_cast<std::size_t>(found - visited_.begin());
+            const Linearised about(stems_, *found, fits_.noise());
+            for (std::size_t c = 0; c < options_.candidates.size(); ++c) {
+                for (const auto& [rig, view] : about.rigs())
+                    predict_unless_visited(about, rig, base, c);
+                predict_unless_visited(about, {}, base, c);
+            }
+        }
+    }
+
+    void predict_unless_visited(const Linearised& about, const std::string& rig, std::size_t base,
+                                std::size_t candidate) {
+        std::vector<ActingEffect> swapped = visited_[base].effects;
+        swapped.push_back({options_.candidates[candidate], rig, {}, {}, false});
+        if (is_visited(swapped))
+            return;
+        if (rig.empty())
+            predict_in_stems(about, base, {candidate});
+        else
+            predict_on_rig(about, rig, base, {candidate});
+    }
+
+    // --- Which predicted models are fitted
+
+    /// Log evidence from which a model is worth a fit: near the best one. Predictions about a rough
+    /// model are within a factor of two, those about another one whose residual has structure
+    /// within a tenth. If the best model leaves too much for an answer, a larger one must explain a
+    /// share of that.
+    [[nodiscard]] double least_wanted(const Prediction& model) const {
+        const Model& best = base();
+        const double gain = best.log_evidence - reference().log_evidence;
+        if (model.base == 0 && base_ != 0 && is_rough(visited_.front()))
+            return best.log_evidence - rough_within * gain;
+        if (is_far_)
+            return best.log_evidence + 0.5 * options_.policy.immaterial_share *
+                                           std::max(0.0, best.chi_squared() - best.readings());
+        const double margin = options_.policy.unvisited_margin * mean_of(noise_about(best), best) /
+                              mean_of(fits_.noise(), best);
+        return best.log_evidence - (model.base == base_ || is_at_noise(best)
+                                        ? margin
+                                        : std::max(margin, predicted_within * gain));
+    }
+
+    /// Models that may be as likely as the best visited model; the smallest come first, because
+    /// they are the bases of better predictions.
+    [[nodiscard]] std::vector<PlannedModel> likeliest_unvisited() {
+        std::vector<const Prediction*> likely;
+        for (const auto& [key, prediction] : predictions_)
+            if (prediction.log_evidence > least_wanted(prediction) &&
+                !is_visited(prediction.effects))
+                likely.push_back(&prediction);
+        std::ranges::sort(likely, {}, [](const Prediction* each) {
+            return std::pair(each->effects.size(), -each->log_evidence);
+        });
+        std::vector<PlannedModel> planned;
+        for (const Prediction* each : likely)
+            if (planned.size() < models_per_round &&
+                each->effects.size() == likely.front()->effects.size())
+                planned.push_back(plan_for(each->effects));
+        return planned;
+    }
+
+    // --- Noise about the best model
+
+    /// Fits the likeliest models again with the noise about the best one; returns false if the
+    /// noise is unchanged.
+    [[nodiscard]] bool estimate_noise_again() {
+        if (base().effects.empty() || is_rough(base()) || is_far_ ||
+            noise_estimates_ == most_noise_estimates || key_of(base().effects) == noise_about_)
+            return false;
+        noise_about_ = key_of(base().effects);
+        ++noise_estimates_;
+        std::vector<fit::Fit> best;
+        for (const StemFit& stem : base().stems)
+            best.push_back(stem.fit);
+        if (!stems_.estimate_noise(best))
+            return false;
+        options_.report("fitting the best model with the noise about it");
+        const std::vector<ActingEffect> effects = base().effects;
+        visited_before_ = visited_;
+        const double before = visited_.front().log_evidence;
+        const double chi_squared = visited_.front().chi_squared();
+        const ModelKey chain = key_of(visited_.front().effects);
+        std::erase_if(swapped_, [&](const ModelKey& key) { return key != chain; });
+        visit_chain();
+        // χ² of predictions about the chain is nearly proportional to the chain's own χ².
+        const double ratio = visited_.front().chi_squared() / chi_squared;
+        std::erase_if(predictions_, [](const auto& entry) { return entry.second.base != 0; });
+        for (auto& [key, prediction] : predictions_)
+            prediction.log_evidence =
+                visited_.front().log_evidence + ratio * (prediction.log_evidence - before);
+        PlannedModel best_again = plan_for(effects);
+        best_again.predicted = not_predicted;
+        visit({std::move(best_again)});
+        return true;
+    }
+
+    const DiagnosisOptions& options_;
+    std::shared_ptr<Stems> owned_stems_;
+    Stems& stems_;
+    ModelFits fits_;
+    std::vector<Model> visited_;
+    std::vector<Model> visited_before_; ///< with a previous noise
+    std::map<ModelKey, Prediction> predictions_;
+    std::size_t base_ = 0; ///< the model about which everything is predicted
+    bool is_far_ = false;  ///< does the base leave more of the misfit than an answer may?
+    std::optional<Linearised> about_; ///< the base; empty: not computed
+    std::set<ModelKey> swapped_;      ///< models about which everything was predicted
+    ModelKey noise_about_;            ///< the model about which the noise was estimated last
+    int noise_estimates_ = 0;
+    int batches_ = 0;
+    bool is_complete_ = true;
+};
+
+} // namespace
+
+fit::Fit SearchResult::rerun(std::size_t model, std::size_t stem) const {
+    fit::FitOptions options = stems->options().candidate;
+    options.held_effects = visited[model].effects_of(stem, *stems).held;
+    return fit::rerun(visited[model].stems[stem].fit, (*stems)[stem].recordings, options);
+}
+
+bool most_leave_too_much(const Stems& stems, const Model& model, const Model& first) {
+    const std::vector<std::size_t> fitted = stems.fitted();
+    const auto count = std::ranges::count_if(fitted, [&](std::size_t s) {
+        return leaves_too_much(model.stems[s].fit, model.stems[s].verdict, first.stems[s].fit,
+                               stems.options().policy);
+    });
+    return 2 * count > std::ssize(fitted);
+}
+
+void judge_about_best(SearchResult& search) {
+    const std::vector<NoiseScale> before = search.fits.noise();
+    const Model& best = search.best_model();
+    search.fits.set_noise(noise_about(best));
+    search.noise_ratio = mean_of(search.fits.noise(), best) / mean_of(before, best);
+    search.about_best.clear();
+    for (const Model& each : search.visited) {
+        Model judged = each;
+        search.fits.judge(judged);
+        search.about_best.push_back(judged.log_evidence);
+    }
+}
+
+std::optional<std::size_t> likeliest_part(const std::vector<Model>& visited, std::size_t model) {
+    return visited[model].added() > 1 ? likeliest_single(visited, &visited[model].effects)
+                                      : std::nullopt;
+}
+
+SearchResult search_models(std::span<const Specimen> specimens, const DiagnosisOptions& options) {
+    return Search(specimens, options).run();
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Which models explain the stems: log evidence is predicted for all sets of effects and computed
+// for the few that matter.
+#pragma once
+
+#include "diagnose/linearised.hpp"
+#include "diagnose/model_fits.hpp"
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace culm::diagnose {
+
+/// Do more than half of the stems leave more of the misfit of `first` than an answer may?
+[[nodiscard]] bool most_leave_too_much(const Stems& stems, const Model& model, const Model& first);
+
+/// An effect that a prediction adds to a fitted model.
+struct AddedEffect {
+    OwnedEffect name;
+    double fall = 0.0; ///< of χ² by it alone
+};
+
+/// A model whose log evidence was only predicted.
+struct UnvisitedModel {
+    std::vector<ActingEffect> effects;
+    double log_evidence = 0.0;
+    std::size_t base = 0; ///< the visited model about which it was predicted
+    std::vector<AddedEffect> added;
+};
+
+struct SearchResult {
+    std::shared_ptr<const Stems> stems;
+    std::vector<Model> visited;            ///< the published chain (with what is known) first
+    std::vector<UnvisitedModel> unvisited; ///< the largest log evidence first
+    std::size_t best = 0;                  ///< of the visited models
+    ModelFits fits;                        ///< with the noise about the best model
+    std::optional<Linearised> about;       ///< the best model
+    int batches = 0;                       ///< of lanes that were run for the fits of models
+    bool is_complete = true;               ///< false: it ended at the largest number of models
+    std::vector<double> about_best{};      ///< (visited) log evidence with the noise about the best
+    double noise_ratio = 1.0; ///< of that noise to the one by which models were searched
+
+    [[nodiscard]] const Model& best_model() const { return visited[best]; }
+    /// A stem's fit in a model, with residuals and derivatives.
+    [[nodiscard]] fit::Fit rerun(std::size_t model, std::size_t stem) const;
+};
+
+/// The likeliest model with one of the effects of this one, if it has several.
+[[nodiscard]] std::optional<std::size_t> likeliest_part(const std::vector<Model>& visited,
+                                                        std::size_t model);
+
+/// Calls visit(set) for the sets of at most `room` of the numbers 0 … count − 1, in the order of
+/// their names in a dictionary; false: no set that begins with this one is visited.
+template <class Visit>
+void for_each_set(std::size_t count, std::size_t room, const Visit& visit,
+                  std::vector<std::size_t> set = {}) {
+    if (set.size() == room)
+        return;
+    for (std::size_t k = set.empty() ? 0 : set.back() + 1; k < count; ++k) {
+        std::vector<std::size_t> larger = set;
+        larger.push_back(k);
+        if (visit(larger))
+            for_each_set(count, room, visit, std::move(larger));
+    }
+}
+
+/// Steps 1 to 5 of docs/diagnosis.md, "How it decides". The log evidence of models is predicted
+/// about the best model so far (linearised.hpp), and models that may be as likely are fitted.
+///
+/// The result does not depend on the number of ranks or the order of the candidates. Throws
+/// core::NumericalError if the published chain cannot be fitted, run::Abandoned if the heartbeat
+/// says so.
+[[nodiscard]] SearchResult search_models(std::span<const Specimen> specimens,
+                                         const DiagnosisOptions& options);
+
+/// Sets the noise about the best model and the log evidence of all models with it.
+void judge_about_best(SearchResult& search);
+
+/// The result of a search with a coarse chain whose rivals are fitted again with the chain of
+/// `options`: the published chain, the best model, its likeliest part with one effect, and every
+/// model that the answer may name. The others keep their numbers and their log evidence relative to
+/// the best model. `about` remains that of the search.
+[[nodiscard]] SearchResult with_stated_chain(const SearchResult& coarse,
+                                             const DiagnosisOptions& options);
+
+} // namespace culm::diagnose

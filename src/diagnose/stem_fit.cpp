@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "diagnose/stem_fit.hpp"
+
+#include "core/error.hpp"
+#include "diagnose/adequacy.hpp"
+#include "diagnose/evidence/estimated_starts.hpp"
+
+#include <algorithm>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+namespace culm::diagnose {
+namespace {
+
+StemFit finished(const fit::Fit& fit, const Stems& stems, std::size_t stem,
+                 const StemEffects& effects) {
+    StemFit out;
+    const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
+    if (!fit.failed()) {
+        out.evidence = evidence_of(fit, recordings, effects.given, effects.held);
+        out.verdict = verdict_on(fit, recordings, stems.options().policy);
+        out.block = block_of(shared_columns(fit, recordings, effects.sharing));
+    }
+    out.fit = stems.to_message(fit);
+    return out;
+}
+
+fit::FitOptions with_held(fit::FitOptions options, const StemEffects& effects) {
+    options.held_effects = effects.held;
+    return options;
+}
+
+/// Sets the numbers of the rig's effects, within the bounds that suit the stem.
+void set_shared_values(const Model& model, fit::StemModel& stem) {
+    for (const ActingEffect& each : model.effects) {
+        const std::vector<physics::EffectParameter> cards = each.effect.effect->parameters();
+        for (const fit::FreeParameter& parameter : stem.parameters)
+            for (std::size_t k = 0; k < cards.size() && each.is_shared(); ++k)
+                if (parameter.access.id.effect == each.name() &&
+                    parameter.access.id.name == cards[k].name)
+                    parameter.access.set(
+                        stem.spec, std::clamp(each.values[k], parameter.lower, parameter.upper));
+    }
+}
+
+/// The stem's numbers in the model, after a change. Effects that its fit does not have change the
+/// first mode, so Y and β keep it.
+fit::StartModels start_at_shared(const Stems& stems, std::size_t stem, const Model& model,
+                                 const fit::SelectedEffects& effects, const Eigen::VectorXd& change,
+                                 const fit::FitOptions& options) {
+    const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
+    const fit::Fit& from = model.stems[stem].fit;
+    fit::Fit wanted = from;
+    wanted.effects = effects;
+    fit::StartModels models = fit::models_of(wanted, recordings, options);
+    if (change.size() > 0) {
+        const fit::JointLayout layout = fit::joint_layout(models, recordings);
+        models = fit::in_valley(
+            [&](double share) { return fit::moved(models, layout, share * change); }, layout);
+    }
+    for (fit::StemModel& each : models)
+        set_shared_values(model, each);
+    if (change.size() == 0 && models.size() == 1)
+        fit::keep_first_mode(fit::models_of(from, recordings, options).front().spec,
+                             models.front());
+    return models;
+}
+
+} // namespace
+
+fit::Fit fit_larger(const fit::SelectedEffects& effects, const fit::Fit& smaller,
+                    std::span<const fit::ObservedRecording> recordings,
+                    const fit::FitOptions& options) {
+    if (!smaller.moves() || smaller.failed())
+        return fit::fit_model(effects, smaller, recordings, options);
+    int batches = 0;
+    fit::Fit fit;
+    fit::SelectedEffects added = fit::in_library_order(effects);
+    std::erase_if(added, [&](const auto& each) { return fit::contains(smaller.effects, each); });
+    if (added.empty())
+        return smaller;
+    try {
+        std::vector<CandidateView> views;
+        for (const physics::SelectedEffect& effect : added) {
+            views.push_back({effect, effect_columns(smaller, effect, recordings, options)});
+            batches += views.back().columns.batches;
+            if (const std::string& failure = views.back().columns.failure; !failure.empty())
+                throw core::NumericalError(core::FailureKind::FitFailed, failure);
+        }
+        std::vector<std::size_t> all(views.size());
+        std::iota(all.begin(), all.end(), 0);
+        Sharing held;
+        for (const std::string& name : options.held_effects)
+            held.rig_of[name] = {};
+        const SharedColumns columns = shared_columns(smaller, recordings, held);
+        const EffectView view = view_of(std::move(views), columns);
+        PredictedGain gain = evidence_in(view).gain(all);
+        if (gain.points.empty()) { // all allowed sizes make the fit worse: it starts without them
+            gain.points.emplace_back();
+            for (const EffectColumns& each : view.columns)
+                gain.points.front().effects.push_back(
+                    {.amounts = std::vector(each.nodes.front().columns.size(), 0.0)});
+        }
+        fit::SelectedEffects larger = smaller.effects;
+        larger.insert(larger.end(), added.begin(), added.end());
+        fit = fit::fit_near(
+            starts_to_estimate({smaller, recordings, columns, added, view}, all, gain), larger,
+            smaller, recordings, options);
+        batches += fit.batches;
+    } catch (const std::runtime_error& error) { // InputError or NumericalError
+        fit.reason = error.what();
+    }
+    fit.batches = batches;
+    fit.effects = effects;
+    return fit;
+}
+
+StemFit fit_stem(const Stems& stems, std::size_t stem, const StemEffects& effects,
+                 const StemStart& start, const fit::FitOptions& options) {
+    const fit::FitOptions held = with_held(options, effects);
+    const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
+    const fit::Fit smaller = fit::rerun(*start.smaller, recordings, held);
+    return finished(start.starts
+                        ? fit::fit_near(start.starts(held), effects.all, smaller, recordings, held)
+                        : fit_larger(effects.all, smaller, recordings, held),
+                    stems, stem, effects);
+}
+
+StemFit fit_at_shared(const Stems& stems, std::size_t stem, const Model& model,
+                      const Eigen::VectorXd& change, const StemStart& start,
+                      const fit::FitOptions& options) {
+    const StemEffects effects = model.effects_of(stem, stems);
+    const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
+    const fit::FitOptions held = with_held(options, effects);
+    fit::Fit fit;
+    try {
+        fit = fit::fit_jointly(start.starts
+                                   ? start.starts(held).front()
+                                   : start_at_shared(stems, stem, model, effects.all, change, held),
+                               recordings, {held, false, stems[stem].noise});
+    } catch (const core::NumericalError& error) {
+        fit.status = fit::FitStatus::Failed;
+        fit.reason = error.what();
+    }
+    fit.effects = effects.all;
+    return finished(fit, stems, stem, effects);
+}
+
+std::vector<EffectColumns> columns_about(const Stems& stems, std::size_t stem, const Model& model,
+                                         std::size_t first, std::size_t last,
+                                         const fit::FitOptions& options) {
+    const StemEffects effects = model.effects_of(stem, stems);
+    const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
+    const fit::Fit base =
+        fit::rerun(model.stems[stem].fit, recordings, with_held(options, effects));
+    std::vector<EffectColumns> out;
+    for (std::size_t c = first; c < last; ++c) {
+        const physics::SelectedEffect& candidate = stems.options().candidates[c];
+        fit::SelectedEffects larger = effects.all;
+        larger.push_back(candidate);
+        if (fit::contains(effects.all, candidate))
+            out.push_back({"it is in the model", {}, 0});
+        else if (!can_be_combined(larger))
+            out.push_back({combination_failure, {}, 0});
+        else
+            out.push_back(effect_columns(base, candidate, recordings, options));
+    }
+    return out;
+}
+
+EffectView view_about(const Stems& stems, std::size_t stem, const Model& model,
+                      std::vector<EffectColumns> columns, const fit::FitOptions& options) {
+    const StemEffects effects = model.effects_of(stem, stems);
+    const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
+    const fit::Fit base =
+        fit::rerun(model.stems[stem].fit, recordings, with_held(options, effects));
+    std::vector<CandidateView> candidates;
+    std::vector<std::vector<ParameterPrior>> priors;
+    for (std::size_t c = 0; c < columns.size(); ++c) {
+        candidates.push_back({stems.options().candidates[c], std::move(columns[c])});
+        priors.push_back(
+            priors_of(candidates.back(), base.parts.front().model, recordings.front()));
+    }
+    EffectView view =
+        view_of(std::move(candidates), shared_columns(base, recordings, effects.sharing));
+    view.priors = std::move(priors);
+    return view;
+}
+
+} // namespace culm::diagnose

@@ -1,0 +1,131 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The stems of a diagnosis: their recordings, their published chains, and work on them that is
+// distributed over ranks. One specimen is a laboratory of one stem.
+#pragma once
+
+#include "core/item_map.hpp"
+#include "diagnose/policy.hpp"
+#include "fit/fit_model.hpp"
+#include "fit/fit_numbers.hpp"
+
+#include <functional>
+#include <optional>
+#include <set>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+namespace culm::diagnose {
+
+/// A stem with its recordings.
+struct Specimen {
+    std::string name;
+    std::string rig; ///< empty: not stated, so that it shares nothing
+    std::vector<measure::Measurement> recordings;
+};
+
+/// The recordings by specimen, in the order of first appearance.
+/// Throws core::InputError if a specimen was recorded on two rigs.
+[[nodiscard]] std::vector<Specimen>
+specimens_of(std::span<const measure::Measurement> measurements);
+
+struct DiagnosisOptions {
+    fit::FitOptions candidate;
+    fit::SelectedEffects known;      ///< that certainly act; part of every model
+    fit::SelectedEffects candidates; ///< in the library's order
+    std::size_t most_effects = 3;
+    core::ItemMap map;
+    std::function<void(const std::string&)> progress; ///< receives the next step; may be empty
+    Policy policy;
+
+    void report(const std::string& next) const {
+        if (progress)
+            progress(next);
+    }
+};
+
+/// What a rank finds of the published chain of a stem. All ranks have the measurements, so it
+/// travels without them.
+struct StemBaseline {
+    std::string failure; ///< why the chain could not be fitted; empty if it could
+    std::vector<std::optional<fit::NoiseModel>> noise_models; ///< (recordings)
+    std::vector<std::optional<fit::ReadingErrors>> errors;    ///< (recordings)
+    std::vector<std::vector<fit::ErrorTerm>> terms;           ///< (recordings)
+    fit::Fit chain;                                           ///< numbers
+    std::vector<std::vector<double>> noise;                   ///< as JointOptions::noise
+    int spheres = 0;                                          ///< of the chain
+};
+template <class Wire>
+void fields(Wire& wire, StemBaseline& baseline) {
+    wire(baseline.failure, baseline.noise_models, baseline.errors, baseline.terms, baseline.chain,
+         baseline.noise, baseline.spheres);
+}
+
+struct ObservedStem : StemBaseline {
+    std::vector<fit::ObservedRecording> recordings; ///< with the noise and the error terms
+};
+
+class Stems {
+  public:
+    /// Fits the published chain to every stem; one whose chain cannot be fitted is left out. Throws
+    /// core::NumericalError if no stem can be fitted.
+    Stems(std::span<const Specimen> specimens, const DiagnosisOptions& options);
+
+    [[nodiscard]] std::size_t size() const { return specimens_.size(); }
+    [[nodiscard]] bool is_one() const { return size() == 1; }
+    [[nodiscard]] const Specimen& specimen(std::size_t stem) const { return specimens_[stem]; }
+    [[nodiscard]] const ObservedStem& operator[](std::size_t stem) const { return stems_[stem]; }
+    [[nodiscard]] const DiagnosisOptions& options() const { return options_; }
+    [[nodiscard]] bool is_left_out(std::size_t stem) const { return !stems_[stem].failure.empty(); }
+    /// Those that are not left out.
+    [[nodiscard]] std::vector<std::size_t> fitted() const;
+    /// Those of them on a rig.
+    [[nodiscard]] std::vector<std::size_t> on_rig(const std::string& rig) const;
+    /// Rigs with two fitted stems or more, which share numbers.
+    [[nodiscard]] const std::set<std::string>& rigs() const { return rigs_; }
+    /// Names of the error terms that several stems have.
+    [[nodiscard]] const std::vector<std::string>& shared_terms() const { return shared_terms_; }
+
+    /// A fit as it travels. With few stems it takes the results of its runs along, from which
+    /// rerun() needs no run; of many stems they would fill the memory.
+    [[nodiscard]] fit::Fit to_message(const fit::Fit& fit) const;
+    /// Number of items by which the columns of `candidates` about one stem are computed: about
+    /// forty items in all, whatever the number of ranks.
+    [[nodiscard]] std::size_t parts_per_stem(std::size_t candidates) const;
+
+    /// Chains with the noise in motion about these fits, (stems) numbers; false if no noise is
+    /// another.
+    [[nodiscard]] bool estimate_noise(const std::vector<fit::Fit>& best);
+    /// The same stems with the chain of other options, from the chains of these.
+    [[nodiscard]] Stems with_chain(const DiagnosisOptions& options) const;
+
+    /// work(stem, options) for each item, which is a stem of `of` (may repeat).
+    template <class Work>
+    [[nodiscard]] auto map(const std::vector<std::size_t>& of, const Work& work) const {
+        std::vector<double> costs;
+        for (const std::size_t stem : of)
+            costs.push_back(cost_of(stem));
+        return options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
+            return work(item, fit::with_heartbeat(options_.candidate, heartbeat));
+        });
+    }
+
+  private:
+    /// With the baselines of the stems `of`, of which `work(stem, options)` finds one.
+    template <class Work>
+    void add_baselines(const std::vector<std::size_t>& of, const Work& work);
+    [[nodiscard]] double cost_of(std::size_t stem) const; ///< its seconds of motion
+
+    Stems(std::span<const Specimen> specimens, const DiagnosisOptions& options,
+          std::vector<ObservedStem> stems);
+
+    std::span<const Specimen> specimens_;
+    const DiagnosisOptions& options_;
+    std::vector<ObservedStem> stems_;
+    std::vector<std::string> shared_terms_;
+    std::set<std::string> rigs_;
+};
+
+} // namespace culm::diagnose
