@@ -12,13 +12,15 @@
 //     const Fit same = core::decoded<Fit>(bytes);
 //
 // Numbers and enumerations, std::string, vector, array, optional, pair, map and structs of them
-// travel. Doubles keep every bit. Anything else, a pointer above all, does not compile.
+// travel. Doubles keep every bit. What a shared pointer to a constant points to travels as a copy.
+// Anything else, another pointer above all, does not compile.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstring>
 #include <map>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -83,6 +85,12 @@ class WireWriter {
     template <class T>
     void put(const std::optional<T>& value) {
         put(value.has_value());
+        if (value)
+            put(*value);
+    }
+    template <class T>
+    void put(const std::shared_ptr<const T>& value) {
+        put(value != nullptr);
         if (value)
             put(*value);
     }
@@ -156,6 +164,10 @@ class WireReader {
         value.reset();
         if (get<bool>())
             value = get<T>();
+    }
+    template <class T>
+    void get(std::shared_ptr<const T>& value) {
+        value = get<bool>() ? std::make_shared<const T>(get<T>()) : nullptr;
     }
     template <class First, class Second>
     void get(std::pair<First, Second>& both) {

@@ -181,7 +181,10 @@ double information_of(const EffectView& view, std::size_t candidate, std::size_t
 } // namespace
 
 std::vector<DetectionLimit> detection_limits(const SearchResult& search) {
-    const fit::StemModel best = search.rerun(search.best, 0).parts.front().model;
+    const fit::StemModel best =
+        base_fit(*search.stems, 0, search.best_model(), search.stems->options().candidate)
+            .parts.front()
+            .model;
     std::vector<DetectionLimit> limits;
     for (std::size_t c = 0; c < search.stems->options().candidates.size(); ++c)
         if (!fit::contains(search.best_model().stems[0].fit.effects,

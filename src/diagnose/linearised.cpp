@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/linearised.hpp"
 
+#include "fit/linear/scaled_solve.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
-
-#include <Eigen/Cholesky>
 
 namespace culm::diagnose {
 namespace {
@@ -62,13 +62,9 @@ struct Normal {
         Normal out{gram.topLeftCorner(count, count), overlap.head(count)};
         if (places.empty())
             return out;
-        const Eigen::VectorXd scale = shared.hessian.diagonal().cwiseSqrt().cwiseInverse();
-        const Eigen::LDLT<Eigen::MatrixXd> factors(scale.asDiagonal() * shared.hessian *
-                                                   scale.asDiagonal());
         Eigen::MatrixXd across = Eigen::MatrixXd::Zero(shared.hessian.rows(), count);
         across(places, Eigen::all) = gram.bottomLeftCorner(std::ssize(places), count);
-        across = scale.asDiagonal() * across;
-        out.gram -= across.transpose() * factors.solve(across);
+        out.gram -= across.transpose() * fit::ScaledSpectrum(shared.hessian).solve(across);
         return out;
     }
 };
@@ -159,14 +155,24 @@ void Linearised::compute_views(const Model& base) {
             return view(s, columns_about(*stems_, s, base, 0, count, options), options);
         });
     } else {
+        const fit::SelectedEffects& candidates = stems_->options().candidates;
         std::vector<std::size_t> of; // each stem `parts` times
+        std::vector<double> efforts;
         for (const std::size_t s : fitted)
-            of.insert(of.end(), parts, s);
-        auto columns = stems_->map(of, [&](std::size_t item, const fit::FitOptions& options) {
-            const std::size_t part = item % parts;
-            return columns_about(*stems_, of[item], base, part * count / parts,
-                                 (part + 1) * count / parts, options);
-        });
+            for (std::size_t part = 0; part < parts; ++part) {
+                of.push_back(s);
+                efforts.push_back(fit::relative_cost(
+                    {candidates.begin() + std::ptrdiff_t(part * count / parts),
+                     candidates.begin() + std::ptrdiff_t((part + 1) * count / parts)}));
+            }
+        auto columns = stems_->map(
+            of,
+            [&](std::size_t item, const fit::FitOptions& options) {
+                const std::size_t part = item % parts;
+                return columns_about(*stems_, of[item], base, part * count / parts,
+                                     (part + 1) * count / parts, options);
+            },
+            efforts);
         found = stems_->map(fitted, [&](std::size_t item, const fit::FitOptions& options) {
             std::vector<EffectColumns> all;
             for (std::size_t part = 0; part < parts; ++part)

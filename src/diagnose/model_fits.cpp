@@ -1,13 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/model_fits.hpp"
 
+#include "fit/linear/scaled_solve.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
 #include <utility>
 
-#include <Eigen/Cholesky>
 #include <fmt/core.h>
 
 namespace culm::diagnose {
@@ -213,18 +214,23 @@ void ModelFits::fit(std::vector<PlannedModel>& planned) {
     for (;;) {
         std::vector<std::pair<std::size_t, std::size_t>> items; // model, stem
         std::vector<std::size_t> of;
+        std::vector<double> efforts;
         for (std::size_t m = 0; m < descents.size(); ++m)
             if (!descents[m].is_done())
                 for (const std::size_t s : descents[m].next_stems()) {
                     items.emplace_back(m, s);
                     of.push_back(s);
+                    efforts.push_back(
+                        fit::relative_cost(planned[m].model.effects_of(s, *stems_).all));
                 }
         if (items.empty())
             return;
-        std::vector<StemFit> found =
-            stems_->map(of, [&](std::size_t item, const fit::FitOptions& options) {
+        std::vector<StemFit> found = stems_->map(
+            of,
+            [&](std::size_t item, const fit::FitOptions& options) {
                 return descents[items[item].first].fit_of(items[item].second, options);
-            });
+            },
+            efforts);
         for (std::size_t k = 0; k < items.size(); ++k)
             descents[items[k].first].take_fit(items[k].second, std::move(found[k]));
         for (Descent& each : descents)
@@ -299,29 +305,24 @@ double ModelFits::log_prior_of_effects(const Model& model) const {
     return sum;
 }
 
-/// Prior density of the effects' parameters and the volume of their posterior.
+/// Prior density of the shared parameters and the volume of their posterior.
 double ModelFits::log_volume(const Model& model) const {
     std::vector<Eigen::Index> places;
     double sum = 0.0;
+    Eigen::MatrixXd hessian = model.shared.hessian;
     for (const SharedParameter& each : shared_parameters(model)) {
         if (model.effects[each.effect].is_known)
             continue;
+        const ParameterPrior& prior =
+            parameter_priors_.at(model.shared.names[static_cast<std::size_t>(each.at)]);
         places.push_back(each.at);
-        sum += parameter_priors_.at(model.shared.names[static_cast<std::size_t>(each.at)])
-                   .log_density(model.shared.at(each.at));
+        hessian(each.at, each.at) += prior.precision();
+        sum += prior.log_density(model.shared.at(each.at)) + 0.5 * std::log(2.0 * std::numbers::pi);
     }
     if (places.empty())
         return sum;
-    const Eigen::VectorXd scale = model.shared.hessian.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::MatrixXd all = scale.cwiseInverse().asDiagonal() * model.shared.covariance() *
-                                scale.cwiseInverse().asDiagonal();
-    const Eigen::MatrixXd covariance = all(places, places);
-    const Eigen::LDLT<Eigen::MatrixXd> factors(covariance);
-    for (Eigen::Index k = 0; k < covariance.rows(); ++k)
-        sum += 0.5 * std::log(std::max(factors.vectorD()(k), 1e-12)) +
-               std::log(scale(places[static_cast<std::size_t>(k)])) +
-               0.5 * std::log(2.0 * std::numbers::pi);
-    return sum;
+    const Eigen::MatrixXd covariance = fit::ScaledSpectrum(hessian).inverse()(places, places);
+    return sum + 0.5 * fit::ScaledSpectrum(covariance).log_determinant();
 }
 
 /// Did all sizes of an effect end where the effect is absent?
@@ -378,7 +379,7 @@ void ModelFits::add_prior(const ActingEffect& effect, std::size_t k, const std::
     }
     mean.deviation = deviation / static_cast<double>(found.size());
     prior.mean = mean.is_place ? 0.5 * (prior.lower + prior.upper) : mean.absent;
-    prior.precision = mean.precision();
+    prior.precision = 0.0;                   // a fit has no priors of sizes
     if (mean.is_one_sided && !mean.is_place) // absent is a bound, also of an inverse
         (mean.deviation > 0.0 ? prior.lower : prior.upper) = mean.absent;
     parameter_priors_[name] = mean;

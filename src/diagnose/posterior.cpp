@@ -86,8 +86,8 @@ class Judgement {
         for (const Share& each : all)
             others += &each == &share ? 0.0 : each.explained();
         return share.is_shared() ||
-               std::sqrt(share.explained()) > std::max(policy_.immaterial_noise,
-                                                       policy_.immaterial_share * std::sqrt(others));
+               std::sqrt(share.explained()) >
+                   std::max(policy_.immaterial_noise, policy_.immaterial_share * std::sqrt(others));
     }
 
     [[nodiscard]] Names in_order(Names names) const {

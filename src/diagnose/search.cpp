@@ -170,72 +170,30 @@ class Search {
         return visited(effects) != visited_.end();
     }
 
-    /// The likeliest model that was fitted and has some of the effects.
-    [[nodiscard]] const Model& likeliest_within(const std::vector<ActingEffect>& effects) const {
-        const Model* likeliest = &visited_.front();
-        for (const Model& each : visited_)
-            if (each.effects.size() < effects.size() &&
-                each.log_evidence > likeliest->log_evidence && contains_all(effects, each.effects))
-                likeliest = &each;
-        return *likeliest;
-    }
-
-    /// Starts from the model's fit with another noise or from the estimate that predicted it.
-    [[nodiscard]] PlannedModel plan_for(const std::vector<ActingEffect>& effects) const {
-        const auto found = predictions_.find(key_of(effects));
-        const Prediction* const prediction = found == predictions_.end() ? nullptr : &found->second;
-        PlannedModel plan = stems_.is_one() ? plan_of_one(effects, prediction)
-                                            : plan_of_several(effects, prediction);
-        if (prediction != nullptr)
-            plan.predicted = prediction->log_evidence;
-        return plan;
-    }
-
-    /// Of one stem, which starts from the likeliest fit that it contains.
-    [[nodiscard]] PlannedModel plan_of_one(const std::vector<ActingEffect>& effects,
-                                           const Prediction* prediction) const {
-        PlannedModel plan;
-        plan.model.effects = effects;
-        plan.model.stems = likeliest_within(effects).stems;
-        StemStart& start = plan.starts[0];
-        start.smaller = &likeliest_within(effects).stems[0].fit;
-        if (const Model* const before = fitted_before(effects))
-            start.starts = [this, before](const fit::FitOptions& options) {
-                return std::vector<fit::StartModels>{
-                    fit::models_of(before->stems[0].fit, stems_[0].recordings, options)};
-            };
-        else if (prediction != nullptr && prediction->base == base_ && about_)
-            start.starts = [this, prediction](const fit::FitOptions& options) {
-                return estimate(0, *prediction, options);
-            };
-        return plan;
-    }
-
-    /// Of several stems: each starts from its numbers in the model that was fitted before, in the
-    /// base if that has more effects, or in the model about which this one was predicted.
-    [[nodiscard]] PlannedModel plan_of_several(const std::vector<ActingEffect>& effects,
-                                               const Prediction* prediction) const {
+    /// Each stem starts from its numbers in the model that was fitted before, in the base, or from
+    /// the estimate about the model by which it was predicted.
+    [[nodiscard]] PlannedModel plan_for(const std::vector<ActingEffect>& effects,
+                                        const Prediction* prediction = nullptr) const {
         const Model* const before = fitted_before(effects);
-        const bool is_smaller = contains_all(base().effects, effects) || prediction == nullptr;
-        const Model& from = before != nullptr ? *before
-                            : is_smaller      ? base()
-                                              : visited_[prediction->base];
+        const Model& from = before != nullptr       ? *before
+                            : prediction == nullptr ? base()
+                                                    : visited_[prediction->base];
         PlannedModel plan;
+        plan.predicted = prediction != nullptr ? prediction->log_evidence : not_predicted;
         plan.model.effects = before != nullptr ? before->effects : effects;
         plan.model.stems = from.stems;
         for (const std::size_t s : stems_.fitted()) {
             const StemEffects now = plan.model.effects_of(s, stems_);
             if (before == nullptr && key_of_stem(now.all) == key_of_stem(from.stems[s].fit.effects))
                 continue;
-            StemStart start;
-            if (before == nullptr && !is_smaller && prediction->gains.contains(s)) {
-                start.smaller = &from.stems[s].fit;
-                if (prediction->base == base_ && about_)
-                    start.starts = [this, s, prediction](const fit::FitOptions& options) {
-                        return estimate(s, *prediction, options);
-                    };
-            }
-            plan.starts[s] = std::move(start);
+            StemStart& start = plan.starts[s];
+            if (before != nullptr || prediction == nullptr || !prediction->gains.contains(s))
+                continue;
+            start.smaller = &from.stems[s].fit;
+            if (prediction->base == base_ && about_)
+                start.starts = [this, s, prediction](const fit::FitOptions& options) {
+                    return estimate(s, *prediction, options);
+                };
         }
         return plan;
     }
@@ -260,7 +218,7 @@ class Search {
     [[nodiscard]] std::vector<fit::StartModels>
     estimate(std::size_t s, const Prediction& prediction, const fit::FitOptions& options) const {
         const std::vector<fit::ObservedRecording>& recordings = stems_[s].recordings;
-        const fit::Fit fit = fit::rerun(base().stems[s].fit, recordings, options);
+        const fit::Fit fit = base_fit(stems_, s, base(), options);
         const SharedColumns columns =
             shared_columns(fit, recordings, base().effects_of(s, stems_).sharing);
         return starts_to_estimate({fit, recordings, columns, options_.candidates, about_->view(s)},
@@ -350,6 +308,10 @@ class Search {
                 continue;
             if (base().added() > 1)
                 add(base().without(k).effects);
+            if (!base().effects[k].is_shared() &&
+                base().effects[k].effect.effect->belongs_to() == physics::BelongsTo::Rig)
+                for (const std::string& rig : stems_.rigs())
+                    add(shared_instead(k, rig));
             for (const auto& [place, recording] : absences(k)) {
                 std::vector<ActingEffect> effects = base().effects;
                 std::vector<std::string>& absent = effects[k].effect.absent_from;
@@ -359,6 +321,29 @@ class Search {
             }
         }
         return planned;
+    }
+
+    /// The base's effects with number `k`, which stems have, shared by the rig; the numbers are the
+    /// means of the stems'.
+    [[nodiscard]] std::vector<ActingEffect> shared_instead(std::size_t k,
+                                                           const std::string& rig) const {
+        std::vector<ActingEffect> effects = base().effects;
+        const std::vector<std::size_t> stems = effects[k].stems;
+        effects[k] = on_rig(effects[k].effect, rig, stems_);
+        const std::vector<physics::EffectParameter> cards = effects[k].effect.effect->parameters();
+        for (std::size_t c = 0; c < cards.size(); ++c) {
+            double sum = 0.0;
+            double count = 0.0;
+            for (const std::size_t s : stems)
+                for (const fit::FittedParameter& each : base().stems[s].fit.parameters)
+                    if (each.id.effect == effects[k].name() && each.id.name == cards[c].name) {
+                        sum += fit::to_coordinate(each.fitted_as, each.value);
+                        count += 1.0;
+                    }
+            if (count > 0.0)
+                effects[k].values[c] = fit::from_coordinate(cards[c].fitted_as, sum / count);
+        }
+        return effects;
     }
 
     /// Stems and recordings from which effect number `k` of the base may be absent.
@@ -552,7 +537,7 @@ class Search {
         for (const Prediction* each : likely)
             if (planned.size() < models_per_round &&
                 each->effects.size() == likely.front()->effects.size())
-                planned.push_back(plan_for(each->effects));
+                planned.push_back(plan_for(each->effects, each));
         return planned;
     }
 
@@ -585,9 +570,7 @@ class Search {
         for (auto& [key, prediction] : predictions_)
             prediction.log_evidence =
                 visited_.front().log_evidence + ratio * (prediction.log_evidence - before);
-        PlannedModel best_again = plan_for(effects);
-        best_again.predicted = not_predicted;
-        visit({std::move(best_again)});
+        visit({plan_for(effects)});
         return true;
     }
 

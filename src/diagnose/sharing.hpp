@@ -72,7 +72,8 @@ void fields(Wire& wire, SharedBlock& block) {
 
 [[nodiscard]] SharedBlock block_of(const SharedColumns& stem);
 
-/// The prior of a shared number, in its coordinate.
+/// What a shared number may be, in its coordinate. Only an error term has a prior; the origin of
+/// the others is where they stay if the readings do not determine them.
 struct SharedPrior {
     double mean = 0.0;
     double precision = 1.0;

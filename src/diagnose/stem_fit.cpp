@@ -31,6 +31,12 @@ fit::FitOptions with_held(fit::FitOptions options, const StemEffects& effects) {
     return options;
 }
 
+/// They change neither the parts nor the system of a fit.
+fit::FitOptions without_moved_inputs(fit::FitOptions options) {
+    options.moves_inputs = false;
+    return options;
+}
+
 /// Sets the numbers of the rig's effects, within the bounds that suit the stem.
 void set_shared_values(const Model& model, fit::StemModel& stem) {
     for (const ActingEffect& each : model.effects) {
@@ -68,6 +74,12 @@ fit::StartModels start_at_shared(const Stems& stems, std::size_t stem, const Mod
 }
 
 } // namespace
+
+fit::Fit base_fit(const Stems& stems, std::size_t stem, const Model& model,
+                  const fit::FitOptions& options) {
+    return fit::rerun(model.stems[stem].fit, stems[stem].recordings,
+                      without_moved_inputs(with_held(options, model.effects_of(stem, stems))));
+}
 
 fit::Fit fit_larger(const fit::SelectedEffects& effects, const fit::Fit& smaller,
                     std::span<const fit::ObservedRecording> recordings,
@@ -120,7 +132,7 @@ StemFit fit_stem(const Stems& stems, std::size_t stem, const StemEffects& effect
                  const StemStart& start, const fit::FitOptions& options) {
     const fit::FitOptions held = with_held(options, effects);
     const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
-    const fit::Fit smaller = fit::rerun(*start.smaller, recordings, held);
+    const fit::Fit smaller = fit::rerun(*start.smaller, recordings, without_moved_inputs(held));
     return finished(start.starts
                         ? fit::fit_near(start.starts(held), effects.all, smaller, recordings, held)
                         : fit_larger(effects.all, smaller, recordings, held),
@@ -152,8 +164,7 @@ std::vector<EffectColumns> columns_about(const Stems& stems, std::size_t stem, c
                                          const fit::FitOptions& options) {
     const StemEffects effects = model.effects_of(stem, stems);
     const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
-    const fit::Fit base =
-        fit::rerun(model.stems[stem].fit, recordings, with_held(options, effects));
+    const fit::Fit base = base_fit(stems, stem, model, options);
     std::vector<EffectColumns> out;
     for (std::size_t c = first; c < last; ++c) {
         const physics::SelectedEffect& candidate = stems.options().candidates[c];
@@ -173,8 +184,7 @@ EffectView view_about(const Stems& stems, std::size_t stem, const Model& model,
                       std::vector<EffectColumns> columns, const fit::FitOptions& options) {
     const StemEffects effects = model.effects_of(stem, stems);
     const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
-    const fit::Fit base =
-        fit::rerun(model.stems[stem].fit, recordings, with_held(options, effects));
+    const fit::Fit base = base_fit(stems, stem, model, options);
     std::vector<CandidateView> candidates;
     std::vector<std::vector<ParameterPrior>> priors;
     for (std::size_t c = 0; c < columns.size(); ++c) {

@@ -38,6 +38,11 @@ struct StemStart {
                                     const Eigen::VectorXd& change, const StemStart& start,
                                     const fit::FitOptions& options);
 
+/// The stem's fit in the model as the base of others: parts and system are complete, χ² and pulls
+/// are those of the linear solution.
+[[nodiscard]] fit::Fit base_fit(const Stems& stems, std::size_t stem, const Model& model,
+                                const fit::FitOptions& options);
+
 /// Why a candidate has no columns.
 inline constexpr const char* combination_failure = "it cannot be combined with the model";
 

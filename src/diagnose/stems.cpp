@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
-#include <memory>
 #include <numeric>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -18,43 +18,8 @@ namespace {
 constexpr std::size_t few_stems = 8;
 constexpr std::size_t wanted_items = 40;
 
-template <class T>
-std::optional<T> value_of(const std::shared_ptr<const T>& pointer) {
-    return pointer ? std::optional<T>(*pointer) : std::nullopt;
-}
-template <class T>
-std::shared_ptr<const T> pointer_to(const std::optional<T>& value) {
-    return value ? std::make_shared<const T>(*value) : nullptr;
-}
-
-StemBaseline message_of(const fit::BaselineFit& baseline, fit::Fit chain) {
-    StemBaseline out;
-    if (chain.failed()) {
-        out.failure = chain.reason;
-        return out;
-    }
-    for (const fit::ObservedRecording& recording : baseline.recordings) {
-        out.noise_models.push_back(value_of(recording.noise_model));
-        out.errors.push_back(value_of(recording.errors));
-        out.terms.push_back(recording.terms ? *recording.terms : std::vector<fit::ErrorTerm>{});
-    }
-    for (const fit::RecordingFit& part : baseline.fit.parts) {
-        out.noise.push_back(part.noise);
-        out.spheres = part.model.spec.stem.sphere_count;
-    }
-    out.chain = std::move(chain);
-    return out;
-}
-
-ObservedStem observed_stem(const Specimen& specimen, StemBaseline baseline) {
-    ObservedStem stem{std::move(baseline), fit::observed(specimen.recordings)};
-    for (std::size_t m = 0; m < stem.noise_models.size(); ++m) {
-        stem.recordings[m].noise_model = pointer_to(stem.noise_models[m]);
-        stem.recordings[m].errors = pointer_to(stem.errors[m]);
-        stem.recordings[m].terms =
-            std::make_shared<const std::vector<fit::ErrorTerm>>(stem.terms[m]);
-    }
-    return stem;
+fit::BaselineFit baseline_of(const ObservedStem& stem, const fit::FitOptions& options) {
+    return {stem.recordings, fit::rerun(stem.chain, stem.recordings, options)};
 }
 
 } // namespace
@@ -80,8 +45,7 @@ std::vector<Specimen> specimens_of(std::span<const measure::Measurement> measure
 
 Stems::Stems(std::span<const Specimen> specimens, const DiagnosisOptions& options)
     : specimens_(specimens), options_(options) {
-    for (const Specimen& specimen : specimens)
-        stems_.push_back(observed_stem(specimen, {}));
+    stems_.resize(specimens.size());
     std::vector<std::size_t> all(specimens.size());
     std::iota(all.begin(), all.end(), 0);
     add_baselines(all, [&](std::size_t s, const fit::FitOptions& fit_options) {
@@ -100,19 +64,16 @@ Stems::Stems(std::span<const Specimen> specimens, const DiagnosisOptions& option
 
 template <class Work>
 void Stems::add_baselines(const std::vector<std::size_t>& of, const Work& work) {
-    std::vector<StemBaseline> found =
-        map(of, [&](std::size_t item, const fit::FitOptions& fit_options) -> StemBaseline {
+    std::vector<ObservedStem> found =
+        map(of, [&](std::size_t item, const fit::FitOptions& fit_options) -> ObservedStem {
             try {
-                const fit::BaselineFit baseline = work(of[item], fit_options);
-                return message_of(baseline, to_message(baseline.fit));
+                return observed_stem(work(of[item], fit_options));
             } catch (const core::NumericalError& error) {
-                StemBaseline failed;
-                failed.failure = error.what();
-                return failed;
+                return {error.what(), {}, {}, {}};
             }
         });
     for (std::size_t k = 0; k < of.size(); ++k)
-        stems_[of[k]] = observed_stem(specimens_[of[k]], std::move(found[k]));
+        take(of[k], std::move(found[k]));
     std::map<std::string, int> rigs;
     std::map<std::string, int> terms;
     for (const std::size_t s : fitted()) {
@@ -158,22 +119,19 @@ std::size_t Stems::parts_per_stem(std::size_t candidates) const {
 
 bool Stems::estimate_noise(const std::vector<fit::Fit>& best) {
     const std::vector<std::size_t> of = fitted();
-    std::vector<std::optional<StemBaseline>> found = map(
-        of, [&](std::size_t item, const fit::FitOptions& options) -> std::optional<StemBaseline> {
+    auto found = map(
+        of, [&](std::size_t item, const fit::FitOptions& options) -> std::optional<ObservedStem> {
             const ObservedStem& stem = stems_[of[item]];
-            const fit::BaselineFit before{stem.recordings,
-                                          fit::rerun(stem.chain, stem.recordings, options)};
-            const std::optional<fit::BaselineFit> again =
-                fit::baseline_with_noise_about(fit::rerun(best[of[item]], stem.recordings, options),
-                                               before, specimens_[of[item]].recordings, options);
-            if (!again || again->fit.failed())
-                return std::nullopt;
-            return message_of(*again, to_message(again->fit));
+            const std::optional<fit::BaselineFit> again = fit::baseline_with_noise_about(
+                fit::rerun(best[of[item]], stem.recordings, options), baseline_of(stem, options),
+                specimens_[of[item]].recordings, options);
+            return again && !again->fit.failed() ? std::optional(observed_stem(*again))
+                                                 : std::nullopt;
         });
     bool is_other = false;
     for (std::size_t k = 0; k < of.size(); ++k)
         if (found[k]) {
-            stems_[of[k]] = observed_stem(specimens_[of[k]], *std::move(found[k]));
+            take(of[k], *std::move(found[k]));
             is_other = true;
         }
     return is_other;
@@ -182,16 +140,30 @@ bool Stems::estimate_noise(const std::vector<fit::Fit>& best) {
 Stems Stems::with_chain(const DiagnosisOptions& options) const {
     Stems out(specimens_, options, stems_);
     out.add_baselines(fitted(), [&](std::size_t s, const fit::FitOptions& fit_options) {
-        const ObservedStem& stem = stems_[s];
         const fit::FitOptions from = fit::with_heartbeat(options_.candidate, fit_options.heartbeat);
-        const fit::BaselineFit before{stem.recordings,
-                                      fit::rerun(stem.chain, stem.recordings, from)};
-        return fit::baseline_with_chain(before, from, specimens_[s].recordings, fit_options);
+        return fit::baseline_with_chain(baseline_of(stems_[s], from), from,
+                                        specimens_[s].recordings, fit_options);
     });
     return out;
 }
 
-double Stems::cost_of(std::size_t stem) const {
+ObservedStem Stems::observed_stem(const fit::BaselineFit& baseline) const {
+    if (baseline.fit.failed())
+        return {baseline.fit.reason, {}, {}, {}};
+    ObservedStem out{{}, baseline.recordings, to_message(baseline.fit), {}};
+    for (const fit::RecordingFit& part : baseline.fit.parts)
+        out.noise.push_back(part.noise);
+    return out;
+}
+
+/// Completes what another rank found.
+void Stems::take(std::size_t stem, ObservedStem found) {
+    for (std::size_t m = 0; m < found.recordings.size(); ++m)
+        static_cast<measure::Measurement&>(found.recordings[m]) = specimens_[stem].recordings[m];
+    stems_[stem] = std::move(found);
+}
+
+double Stems::seconds_of(std::size_t stem) const {
     double seconds = 0.0;
     for (const measure::Measurement& recording : specimens_[stem].recordings)
         seconds += recording.times.back();

@@ -9,7 +9,6 @@
 #include "fit/fit_numbers.hpp"
 
 #include <functional>
-#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -46,26 +45,17 @@ struct DiagnosisOptions {
     }
 };
 
-/// What a rank finds of the published chain of a stem. All ranks have the measurements, so it
-/// travels without them.
-struct StemBaseline {
+/// The published chain of a stem.
+struct ObservedStem {
     std::string failure; ///< why the chain could not be fitted; empty if it could
-    std::vector<std::optional<fit::NoiseModel>> noise_models; ///< (recordings)
-    std::vector<std::optional<fit::ReadingErrors>> errors;    ///< (recordings)
-    std::vector<std::vector<fit::ErrorTerm>> terms;           ///< (recordings)
-    fit::Fit chain;                                           ///< numbers
-    std::vector<std::vector<double>> noise;                   ///< as JointOptions::noise
-    int spheres = 0;                                          ///< of the chain
+    std::vector<fit::ObservedRecording> recordings; ///< with the noise and the error terms
+    fit::Fit chain;                                 ///< numbers
+    std::vector<std::vector<double>> noise;         ///< as JointOptions::noise
 };
 template <class Wire>
-void fields(Wire& wire, StemBaseline& baseline) {
-    wire(baseline.failure, baseline.noise_models, baseline.errors, baseline.terms, baseline.chain,
-         baseline.noise, baseline.spheres);
+void fields(Wire& wire, ObservedStem& stem) {
+    wire(stem.failure, stem.recordings, stem.chain, stem.noise);
 }
-
-struct ObservedStem : StemBaseline {
-    std::vector<fit::ObservedRecording> recordings; ///< with the noise and the error terms
-};
 
 class Stems {
   public:
@@ -101,12 +91,14 @@ class Stems {
     /// The same stems with the chain of other options, from the chains of these.
     [[nodiscard]] Stems with_chain(const DiagnosisOptions& options) const;
 
-    /// work(stem, options) for each item, which is a stem of `of` (may repeat).
+    /// work(item, options) for each item, which is work on one stem (`of`). `efforts` (items):
+    /// relative to each other on the same stem; empty: equal.
     template <class Work>
-    [[nodiscard]] auto map(const std::vector<std::size_t>& of, const Work& work) const {
+    [[nodiscard]] auto map(const std::vector<std::size_t>& of, const Work& work,
+                           const std::vector<double>& efforts = {}) const {
         std::vector<double> costs;
         for (const std::size_t stem : of)
-            costs.push_back(cost_of(stem));
+            costs.push_back(seconds_of(stem) * (efforts.empty() ? 1.0 : efforts[costs.size()]));
         return options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {
             return work(item, fit::with_heartbeat(options_.candidate, heartbeat));
         });
@@ -116,7 +108,9 @@ class Stems {
     /// With the baselines of the stems `of`, of which `work(stem, options)` finds one.
     template <class Work>
     void add_baselines(const std::vector<std::size_t>& of, const Work& work);
-    [[nodiscard]] double cost_of(std::size_t stem) const; ///< its seconds of motion
+    [[nodiscard]] ObservedStem observed_stem(const fit::BaselineFit& baseline) const;
+    void take(std::size_t stem, ObservedStem found);
+    [[nodiscard]] double seconds_of(std::size_t stem) const; ///< of its motion
 
     Stems(std::span<const Specimen> specimens, const DiagnosisOptions& options,
           std::vector<ObservedStem> stems);

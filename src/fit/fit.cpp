@@ -152,7 +152,7 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
             fit.reason = std::move(doubt);
         }
     add_parameters(layout, is_held, fit);
-    solve_with_errors(measurements, layout, is_held, options.heartbeat, fit);
+    solve_with_errors(measurements, layout, is_held, options, fit);
     return fit;
 }
 

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/laboratory/laboratory.hpp"
-
 #include "beam_generator/recording.hpp"
 #include "core/error.hpp"
-#include "diagnose/laboratory/laboratory_fit.hpp"
 #include "diagnosis_records.hpp"
 #include "physics/effects/selection.hpp"
 
@@ -20,18 +17,18 @@ namespace {
 using diagnose::Conclusion;
 
 /// A linear stem: three own numbers, one shared number and one shared error term.
-diagnose::SharedReadings linear_stem(int seed, double at, double term) {
+diagnose::SharedColumns linear_stem(int seed, double at, double term) {
     std::srand(static_cast<unsigned>(seed));
-    diagnose::SharedReadings stem;
+    diagnose::SharedColumns stem;
     stem.system.jacobian = Eigen::MatrixXd::Random(40, 5);
     stem.system.residual = Eigen::VectorXd::Random(40);
     stem.system.ids = {
         {{}, "a", {}}, {{}, "b", {}}, {{}, "c", {}}, {"drag", "c", {}}, {{}, "scale", {}}};
+    stem.system.fitted = 4;
     stem.own = {0, 1, 2};
-    stem.shared = {3, 4};
+    stem.columns = {3, 4};
     stem.names = {"drag.c of rig A", "scale of rig A"};
     stem.at = {at, term};
-    stem.columns = stem.system.jacobian.rightCols(2);
     return stem;
 }
 
@@ -47,14 +44,15 @@ TEST(SharedMinimum, IsTheLeastSquaresSolutionOfAllStemsTogether) {
     Eigen::VectorXd right = Eigen::VectorXd::Zero(122);
     for (int s = 0; s < 3; ++s) {
         const auto k = static_cast<std::size_t>(s);
-        const diagnose::SharedReadings stem = linear_stem(s, at, terms[k]);
+        const diagnose::SharedColumns stem = linear_stem(s, at, terms[k]);
         blocks.push_back(block_of(stem));
         const double weight = 1.0 / std::sqrt(variances[k]);
         all.block(40 * s, 3 * s, 40, 3) = weight * stem.system.jacobian.leftCols(3);
-        all.block(40 * s, 9, 40, 2) = weight * stem.columns;
+        all.block(40 * s, 9, 40, 2) = weight * stem.system.jacobian.rightCols(2);
         // The residual at the shared numbers' origin.
         right.segment(40 * s, 40) =
-            weight * (stem.system.residual + stem.columns * Eigen::Vector2d(at, terms[k]));
+            weight * (stem.system.residual +
+                      stem.system.jacobian.rightCols(2) * Eigen::Vector2d(at, terms[k]));
     }
     all(120, 9) = std::sqrt(precision);
     right(120) = std::sqrt(precision) * mean;
@@ -68,7 +66,8 @@ TEST(SharedMinimum, IsTheLeastSquaresSolutionOfAllStemsTogether) {
     const Eigen::MatrixXd covariance = (all.transpose() * all).inverse();
     EXPECT_NEAR(found.hessian.inverse()(0, 0), covariance(9, 9), 1e-10);
     // The own numbers follow.
-    const Eigen::Map<const Eigen::MatrixXd> follow(blocks[0].follow.data(), 4, 2);
+    const Eigen::MatrixXd follow = blocks[0].follow_matrix();
+    EXPECT_EQ(follow(3, 0), 1.0); // the shared number itself
     const Eigen::VectorXd own = linear_stem(0, at, terms[0])
                                     .system.jacobian.leftCols(3)
                                     .colPivHouseholderQr()
@@ -90,15 +89,16 @@ TEST(SharedMinimum, StaysWithinTheBounds) {
                      std::min(free, bound));
 }
 
-TEST(Presence, IsAProbabilityOverAllSetsOfStems) {
+TEST(Presence, IsAProbabilityOverAllSetsWithAStem) {
     constexpr std::size_t stems = 12;
     double sum = 0.0;
     double choices = 1.0;
     for (std::size_t with = 0; with <= stems; ++with) {
-        sum += choices * std::exp(diagnose::log_presence(with, stems));
+        sum += with > 0 ? choices * std::exp(diagnose::log_presence(with, stems)) : 0.0;
         choices *= static_cast<double>(stems - with) / static_cast<double>(with + 1);
     }
     EXPECT_NEAR(sum, 1.0, 1e-12);
+    EXPECT_NEAR(diagnose::log_presence(1, 1), 0.0, 1e-12);
 }
 
 TEST(Presence, IsCertainWhereTheReadingsAre) {
@@ -147,19 +147,6 @@ TEST(Specimens, AreTheRecordingsUnlessTheyNameOne) {
     EXPECT_THROW(static_cast<void>(diagnose::specimens_of(recordings)), core::InputError);
 }
 
-// The special case of a stem's own effect may be an effect of its rig already.
-TEST(LaboratoryModel, FailsIfAStemsEffectsCannotBeCombined) {
-    const std::vector<diagnose::Specimen> specimens{{"S1", "A", {}}, {"S2", "A", {}}};
-    const diagnose::DiagnosisOptions options;
-    const diagnose::LaboratoryStems stems(specimens, options);
-    const physics::SelectedEffect drag = physics::parse_effect("viscous_drag", {});
-    diagnose::LaboratoryModel model;
-    model.rig_effects = {{drag, "A", {0.0}, false}};
-    model.own = {{}, {drag}};
-    diagnose::LaboratoryFit(stems).fit(model);
-    EXPECT_EQ(model.failure, "its effects cannot be combined in S2");
-}
-
 TEST(Laboratory, SharesTheDragOfARigAndFindsTheMassOfOneStem) {
     constexpr double drag = 1.1;
     std::vector<beam::RecordingSpec> specs;
@@ -169,24 +156,28 @@ TEST(Laboratory, SharesTheDragOfARigAndFindsTheMassOfOneStem) {
     specs[2].effects.push_back({"tip_mass", {{"mass_kg", mass}}});
     diagnose::DiagnosisOptions options = quick_diagnosis("quadratic_drag,tip_mass");
     options.candidate.chain.spheres = 24;
-    const diagnose::Laboratory found = diagnose_laboratory(laboratory(specs), options);
+    const std::vector<diagnose::Specimen> stems = laboratory(specs);
+    const diagnose::Diagnosis found = diagnose::diagnose(stems, options);
     EXPECT_EQ(found.conclusion, Conclusion::Effect) << found.reason;
-    ASSERT_EQ(found.effects.size(), 1u);
-    EXPECT_EQ(found.effects.front().effect, "quadratic_drag");
-    EXPECT_GT(found.effects.front().probability, 0.95);
-    const diagnose::SharedValue& value = found.effects.front().values.front();
+    ASSERT_EQ(found.answers.size(), 2u);
+    const diagnose::EffectAnswer& shared = found.answers.front();
+    EXPECT_EQ(shared.effect, "quadratic_drag");
+    EXPECT_EQ(shared.rig, "A");
+    EXPECT_GT(shared.probability, 0.95);
+    const diagnose::SharedValue& value = shared.values.front();
     EXPECT_LT(value.lower, drag);
     EXPECT_GT(value.upper, drag);
     EXPECT_LT(value.upper - value.lower, 0.3 * drag);
-    ASSERT_EQ(found.own.size(), 1u);
-    EXPECT_EQ(found.own.front().stems, (std::vector<std::string>{"L2"}));
+    EXPECT_EQ(found.answers.back().effect, "tip_mass");
+    EXPECT_EQ(found.answers.back().stems, (std::vector<std::string>{"L2"}));
+    EXPECT_TRUE(found.answers.back().possible_stems.empty());
     ASSERT_EQ(found.stems[2].own_values.size(), 1u);
     const fit::FittedParameter& own = found.stems[2].own_values.front();
     EXPECT_NEAR(own.value, mass, 3.0 * own.standard_error);
     EXPECT_LT(own.standard_error, 0.2 * mass);
     for (const diagnose::StemAnswer& stem : found.stems) {
         EXPECT_TRUE(stem.failure.empty()) << stem.failure;
-        EXPECT_LT(stem.over_noise, 1.1);
+        EXPECT_LT(stem.after.over_noise, 1.1);
     }
 }
 
@@ -197,10 +188,13 @@ TEST(Laboratory, NamesACertainFamilyOnce) {
     for (int k = 0; k < 3; ++k)
         specs.push_back(stem_of_laboratory(k, 1.1));
     diagnose::DiagnosisOptions options = quick_diagnosis("quadratic_drag,viscous_drag,power_drag");
-    const diagnose::Laboratory found = diagnose_laboratory(laboratory(specs), options);
+    const std::vector<diagnose::Specimen> stems = laboratory(specs);
+    const diagnose::Diagnosis found = diagnose::diagnose(stems, options);
     EXPECT_EQ(found.conclusion, Conclusion::Effect) << found.reason;
-    EXPECT_EQ(found.reason.find(" and "), std::string::npos) << found.reason;
-    EXPECT_EQ(found.reason.find("other effects"), std::string::npos) << found.reason;
+    ASSERT_EQ(found.families.size(), 1u);
+    EXPECT_EQ(found.families.front().family, physics::Family::Air);
+    EXPECT_EQ(found.families.front().rig, "A");
+    EXPECT_TRUE(found.families.front().is_open);
 }
 
 TEST(Laboratory, NamesNothingWhereTheChainIsRight) {
@@ -209,13 +203,15 @@ TEST(Laboratory, NamesNothingWhereTheChainIsRight) {
         specs.push_back(stem_of_laboratory(k, 0.0));
     diagnose::DiagnosisOptions options = quick_diagnosis("quadratic_drag,clamp_compliance,taper");
     options.candidate.chain.spheres = 24;
-    const diagnose::Laboratory found = diagnose_laboratory(laboratory(specs), options);
+    const std::vector<diagnose::Specimen> stems = laboratory(specs);
+    const diagnose::Diagnosis found = diagnose::diagnose(stems, options);
     EXPECT_EQ(found.conclusion, Conclusion::Adequate) << found.reason;
-    for (const diagnose::RigAnswer& each : found.effects)
+    EXPECT_GE(found.probability, 0.95);
+    EXPECT_TRUE(found.families.empty());
+    for (const diagnose::EffectAnswer& each : found.answers)
         EXPECT_TRUE(each.values.empty()) << each.effect;
-    EXPECT_TRUE(found.own.empty());
-    EXPECT_EQ(found.limits.size(), 2u); // of the rig's candidates
-    for (const diagnose::SharedLimit& limit : found.limits)
+    EXPECT_EQ(found.shared_limits.size(), 2u); // of the rig's candidates
+    for (const diagnose::SharedLimit& limit : found.shared_limits)
         EXPECT_NE(limit.of_one, limit.of_all);
 }
 
@@ -224,11 +220,12 @@ TEST(Laboratory, DoesNotNameWhatIsKnown) {
     diagnose::DiagnosisOptions options = quick_diagnosis("clamp_compliance");
     options.candidate.chain.spheres = 24;
     options.known = physics::parse_effects("quadratic_drag", {});
-    const diagnose::Laboratory found = diagnose_laboratory(laboratory(specs), options);
+    const std::vector<diagnose::Specimen> stems = laboratory(specs);
+    const diagnose::Diagnosis found = diagnose::diagnose(stems, options);
     EXPECT_EQ(found.conclusion, Conclusion::Adequate) << found.reason;
-    ASSERT_FALSE(found.effects.empty());
-    EXPECT_TRUE(found.effects.front().is_known);
-    EXPECT_NEAR(found.effects.front().values.front().value, 1.1, 0.3);
+    ASSERT_FALSE(found.answers.empty());
+    EXPECT_TRUE(found.answers.front().is_known);
+    EXPECT_NEAR(found.answers.front().values.front().value, 1.1, 0.3);
 }
 
 } // namespace

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every model that differs from the answer by one effect was fitted or is predicted to be clearly
 // less likely.
-#include "diagnose/model_search.hpp"
+#include "diagnose/search.hpp"
 #include "diagnosis_records.hpp"
 #include "fit/chain/stem_model.hpp"
 
@@ -15,22 +15,24 @@
 namespace culm::tests {
 namespace {
 
+using Effects = std::vector<diagnose::ActingEffect>;
+
 /// With one effect less, one more, or another one in its place.
-std::vector<fit::SelectedEffects> neighbours_of(const fit::SelectedEffects& effects,
-                                                const diagnose::DiagnosisOptions& options) {
-    std::vector<fit::SelectedEffects> bases{effects};
-    std::vector<fit::SelectedEffects> neighbours;
+std::vector<Effects> neighbours_of(const Effects& effects, const diagnose::Stems& stems) {
+    std::vector<Effects> bases{effects};
+    std::vector<Effects> neighbours;
     for (std::size_t k = 0; k < effects.size(); ++k) {
         bases.push_back(effects);
         bases.back().erase(bases.back().begin() + static_cast<std::ptrdiff_t>(k));
         neighbours.push_back(bases.back());
     }
-    for (const fit::SelectedEffects& base : bases)
-        for (const physics::SelectedEffect& candidate : options.candidates) {
-            fit::SelectedEffects larger = base;
-            larger.push_back(candidate);
-            if (larger.size() <= options.most_effects && !fit::contains(effects, candidate) &&
-                diagnose::can_be_combined(larger))
+    for (const Effects& base : bases)
+        for (const physics::SelectedEffect& candidate : stems.options().candidates) {
+            const Effects added{{candidate, {}, {0}, {}, false}};
+            Effects larger = base;
+            larger.push_back(added.front());
+            if (larger.size() <= stems.options().most_effects &&
+                !diagnose::contains_all(effects, added) && can_be_combined(larger, stems))
                 neighbours.push_back(std::move(larger));
         }
     return neighbours;
@@ -39,25 +41,25 @@ std::vector<fit::SelectedEffects> neighbours_of(const fit::SelectedEffects& effe
 class Neighbours : public ::testing::TestWithParam<std::string> {};
 
 TEST_P(Neighbours, WereFittedOrAreClearlyLessLikely) {
-    const std::vector<measure::Measurement> recordings = recording(GetParam());
+    const std::vector<diagnose::Specimen> stem{{"one", {}, recording(GetParam())}};
     diagnose::DiagnosisOptions options;
     options.candidate = quick_fit();
-    options.candidates = fit::in_library_order(fit::candidate_effects(recordings));
-    const diagnose::SearchResult found = diagnose::search_models(recordings, options);
-    const diagnose::VisitedModel& best = found.visited[found.best];
-    const double margin = options.policy.unvisited_margin * found.noise.mean_known();
+    options.candidates = fit::in_library_order(fit::candidate_effects(stem.front().recordings));
+    const diagnose::SearchResult found = diagnose::search_models(stem, options);
+    const diagnose::Model& best = found.best_model();
+    const double margin = options.policy.unvisited_margin * found.noise_ratio;
     std::size_t fitted = 0;
     std::size_t predicted = 0;
-    for (const fit::SelectedEffects& each : neighbours_of(best.fit.effects, options)) {
+    for (const Effects& each : neighbours_of(best.effects, *found.stems)) {
         const diagnose::ModelKey key = diagnose::key_of(each);
-        const auto has_key = [&](const auto& effects) { return diagnose::key_of(effects) == key; };
-        if (std::ranges::any_of(found.visited,
-                                [&](const auto& model) { return has_key(model.fit.effects); })) {
+        const auto has_key = [&](const auto& model) {
+            return diagnose::key_of(model.effects) == key;
+        };
+        if (std::ranges::any_of(found.visited, has_key)) {
             ++fitted;
             continue;
         }
-        const auto unvisited = std::ranges::find_if(
-            found.unvisited, [&](const auto& model) { return has_key(model.effects); });
+        const auto unvisited = std::ranges::find_if(found.unvisited, has_key);
         if (unvisited == found.unvisited.end()) {
             // No size of the allowed sign helps, or no run shows the effect.
             continue;
@@ -66,7 +68,7 @@ TEST_P(Neighbours, WereFittedOrAreClearlyLessLikely) {
         EXPECT_LE(unvisited->log_evidence, best.log_evidence - margin)
             << ::testing::PrintToString(key);
     }
-    EXPECT_GE(fitted, best.fit.effects.size() > 1 ? best.fit.effects.size() : 1u);
+    EXPECT_GE(fitted, best.effects.size() > 1 ? best.effects.size() : 1u);
     EXPECT_GE(predicted, options.candidates.size() / 2);
 }
 

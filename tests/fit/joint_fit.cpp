@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/fit.hpp"
+#include "physics/effects/selection.hpp"
 #include "support/parameter_ids.hpp"
 #include "support/simulated_measurement.hpp"
 #include "support/single_fit.hpp"
@@ -146,13 +147,29 @@ TEST(Fit, SeparatesTheReleasesOfRecordingsOfTheSameName) {
 TEST(Fit, KeepsHeldParametersWithoutError) {
     const auto recordings = two_releases();
     fit::JointOptions options;
-    options.is_held = {false, false, true, false, false, false};
+    options.is_held = true;
     const double start = fit::baseline_model(recordings[0]).spec.tip_deflection;
     const fit::Fit fit = fit_together(recordings, options);
     // The transformation and its inverse cause a rounding error.
     EXPECT_NEAR(value(fit, "tip_deflection@a"), start, 1e-12);
     EXPECT_EQ(error(fit, "tip_deflection@a"), 0.0);
-    EXPECT_EQ(fit.degrees_of_freedom, fit.readings - 5);
+    EXPECT_EQ(fit.degrees_of_freedom, fit.readings);
+}
+
+TEST(Fit, KeepsTheNumbersOfHeldEffectsAndTheirDerivatives) {
+    const measure::Measurement measurement = tests::simulated_measurement();
+    const fit::StemModel model =
+        fit::candidate_model(fit::baseline_model(measurement),
+                             physics::parse_effects("quadratic_drag", {}), measurement);
+    fit::FitOptions options;
+    options.held_effects = {"quadratic_drag"};
+    const fit::Fit fit = tests::fit_exactly(model, measurement, options);
+    const std::string name = "quadratic_drag.drag_coefficient";
+    EXPECT_NEAR(value(fit, name), model.parameters.back().access.get(model.spec), 1e-12);
+    EXPECT_EQ(error(fit, name), 0.0);
+    const auto column = std::ranges::find(fit.system.ids, tests::id(name));
+    ASSERT_NE(column, fit.system.ids.end());
+    EXPECT_GT(fit.system.jacobian.col(column - fit.system.ids.begin()).norm(), 1.0);
 }
 
 TEST(Fit, EstimatesUnknownNoiseFromTheResidualsOfEachRecording) {

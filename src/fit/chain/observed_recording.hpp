@@ -54,6 +54,12 @@ struct ObservedRecording : measure::Measurement {
         : measure::Measurement(std::move(measurement)) {}
 };
 
+/// The noise and the errors travel; every rank has the readings.
+template <class Wire>
+void fields(Wire& wire, ObservedRecording& recording) {
+    wire(recording.noise_model, recording.errors, recording.terms);
+}
+
 /// The measurements before any fit.
 [[nodiscard]] inline std::vector<ObservedRecording>
 observed(std::span<const measure::Measurement> measurements) {

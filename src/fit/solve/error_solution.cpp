@@ -26,9 +26,9 @@ constexpr double no_limit = 1e6;
 class ErrorSolution {
   public:
     ErrorSolution(std::span<const ObservedRecording> recordings, const JointLayout& layout,
-                  const std::vector<bool>& is_held, const run::Heartbeat& heartbeat, Fit& fit)
-        : recordings_(recordings), layout_(layout), is_held_(is_held), heartbeat_(heartbeat),
-          fit_(fit), count_(static_cast<Eigen::Index>(layout.ids.size())) {}
+                  const std::vector<bool>& is_held, const FitOptions& options, Fit& fit)
+        : recordings_(recordings), layout_(layout), is_held_(is_held), options_(options), fit_(fit),
+          count_(static_cast<Eigen::Index>(layout.ids.size())) {}
 
     void run() {
         const bool is_known = std::ranges::all_of(fit_.parts, &RecordingFit::is_noise_known);
@@ -128,7 +128,7 @@ class ErrorSolution {
 
     /// Replaces the linear solution by runs where it contradicts inputs of a chain.
     void run_moved_inputs(int new_derivatives) {
-        if (has_factors_)
+        if (has_factors_ || !options_.moves_inputs)
             return; // the inputs have to explain the factors
         moved_ = moved_inputs(
             recordings_, layout_, change_,
@@ -138,7 +138,7 @@ class ErrorSolution {
                 return bounded_minimum(system.jacobian.transpose() * system.jacobian,
                                        system.jacobian.transpose() * system.residual, lower, upper);
             },
-            new_derivatives, heartbeat_, fit_);
+            new_derivatives, options_.heartbeat, fit_);
         if (moved_) {
             change_ = moved_->change;
             left_ = moved_->left;
@@ -341,7 +341,7 @@ class ErrorSolution {
     std::span<const ObservedRecording> recordings_;
     const JointLayout& layout_;
     const std::vector<bool>& is_held_;
-    const run::Heartbeat& heartbeat_;
+    const FitOptions& options_;
     Fit& fit_;
     Eigen::Index count_;               ///< of parameters and fitted terms
     std::vector<Eigen::Index> begins_; ///< (recordings + 1) first rows
@@ -359,9 +359,8 @@ class ErrorSolution {
 } // namespace
 
 void solve_with_errors(std::span<const ObservedRecording> recordings, const JointLayout& layout,
-                       const std::vector<bool>& is_held, const run::Heartbeat& heartbeat,
-                       Fit& fit) {
-    ErrorSolution solution(recordings, layout, is_held, heartbeat, fit);
+                       const std::vector<bool>& is_held, const FitOptions& options, Fit& fit) {
+    ErrorSolution solution(recordings, layout, is_held, options, fit);
     solution.run();
     for (std::size_t k = 0; k < layout.ids.size(); ++k) {
         const auto [model, parameter] = layout.owners[k];

@@ -16,7 +16,7 @@ namespace culm::fit {
 /// If the fit has factors of Y (ErrorKind::Modulus), values and covariance become those of the
 /// solution.
 void solve_with_errors(std::span<const ObservedRecording> recordings, const JointLayout& layout,
-                       const std::vector<bool>& is_held, const run::Heartbeat& heartbeat, Fit& fit);
+                       const std::vector<bool>& is_held, const FitOptions& options, Fit& fit);
 
 /// The parts of a fit's system.
 [[nodiscard]] std::vector<SystemPart> parts_of(const Fit& fit,

@@ -44,7 +44,8 @@ struct FitOptions {
     /// release are used.
     std::optional<double> window;
     run::Heartbeat heartbeat;
-    bool with_inputs = true; ///< the linear solution has terms of stated inputs and second mode
+    bool with_inputs = true;  ///< the linear solution has terms of stated inputs and second mode
+    bool moves_inputs = true; ///< inputs that the readings contradict are moved by runs
     int largest_iterations = 50;
     /// Names of effects whose numbers keep their values; the system has their derivatives.
     std::vector<std::string> held_effects;
