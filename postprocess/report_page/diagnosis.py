@@ -6,6 +6,7 @@ from checked_hdf5 import StudyError
 from command_results import Diagnosis
 from palette import BLUE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, line, log_axis
+from report_page.explanations import add_explanations, explanation
 from report_page.markup import (Plot, Section, escaped, facts, folded, half_width,
                                 provenance_rows, shown, table)
 from report_page.measured import (AMPLITUDE_CAPTION, PARAMETER_COLUMNS, WHERE_CAPTION,
@@ -25,7 +26,6 @@ def diagnosis_section(diagnosis: Diagnosis, key: str, place: str) -> Section:
     section.heading("Residual by model")
     _add_ladder(section, content)
     _add_missing_force(section, content)
-    section.heading("Explanations and their probability")
     _add_explanations(section, content)
     _add_blind_spots(section, diagnosis)
     _add_next(section, content)
@@ -92,39 +92,19 @@ def _add_missing_force(section: Section, content: dict):
     section.add_plots(plots, f"{force['form']}; {force['character']}. x is the deflection, v its "
                              "rate, kappa the curvature, all in SI units. A straight line through zero "
                              "is a linear force; a bend or a step shows what the chain lacks.",
-                      table(["term", "coefficient", "± (95 %)", "chosen in resamples"],
+                      table(["term", "coefficient", "± (95 %)", "probability"],
                             [[term["term"], term["coefficient"], shown(half_width(term["stderr"]), 2),
-                              term["stability"]] for term in force["terms"]]))
+                              term["probability"]] for term in force["terms"]]))
     section.add(folded("The same as an effect of your own (missing_force.toml)",
                        f"<pre>{escaped(force['effect_file'])}</pre>"))
 
 
 def _add_explanations(section: Section, content: dict):
-    explanations = content["explanations"]
-    names = [_explanation(entry["effects"]) for entry in explanations]
-    trace = {"type": "bar", "orientation": "h", "name": "probability", "y": names,
-             "x": [entry["probability"] for entry in explanations], "hoverinfo": "x+y",
-             "marker": {"color": BLUE}}
-    look = layout(axis("probability", range=[0.0, 1.0]),
-                  axis(type="category", autorange="reversed"),
-                  legend=False, levels=[level(0.95, VERMILLION, "dash", "x")])
-    section.add_plots([Plot("explanations", "", "Probability of every set of effects.", [trace],
-                            look, 120 + 30 * len(explanations))],
-                      "The probability of each set of effects among all models that were fitted or "
-                      "predicted. An answer needs 0.95 (dashed line). Several long bars mean that "
-                      "the recording cannot distinguish these sets.")
-    if content["immaterial"]:
-        section.add(table(["detectable, immaterial", "rms that it explains, / noise"],
-                          [[entry["effect"], entry["over_noise"]]
-                           for entry in content["immaterial"]]))
-    rows = [[_explanation(entry["effects"]), entry["log_evidence"], entry["probability"],
+    add_explanations(section, content)
+    rows = [[explanation(entry["effects"]), entry["log_evidence"], entry["probability"],
              entry.get("failure", "")] for entry in content["models"]]
     section.add(folded("All models that were fitted", table(
         ["effects", "log evidence over the best", "probability", "failure"], rows)))
-
-
-def _explanation(effects: list[str]) -> str:
-    return " with ".join(effects) or "published chain"
 
 
 def _add_blind_spots(section: Section, diagnosis: Diagnosis):

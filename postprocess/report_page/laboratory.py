@@ -8,6 +8,7 @@ from pathlib import Path
 from command_results import Laboratory
 from palette import BLACK, BLUE, GREY, VERMILLION
 from report_page.drawing import axis, dots, layout, line
+from report_page.explanations import add_explanations
 from report_page.laboratory_power import add_power, counted_stems, probability_text
 from report_page.markup import (Markup, Plot, Section, escaped, facts, folded, half_width,
                                 provenance_rows, shown, table, value_and_error)
@@ -25,8 +26,8 @@ def laboratory_section(laboratory: Laboratory, page_folder: Path, key: str, plac
     content = laboratory.content
     section = Section(key, f"Laboratory of {counted_stems(len(content['stems']))} ({place})")
     section.tone = "good" if content["conclusion"] in ("adequate", "effect") else "doubt"
-    section.verdict += [f"{content['conclusion'].upper()}: {content['reason']}.",
-                        *_counts(laboratory)]
+    section.verdict += [*content["sentences"], *_counts(laboratory)]
+    add_explanations(section, content)
     _add_effects(section, content)
     add_power(section, laboratory)
     _add_stems(section, laboratory, page_folder)
@@ -80,9 +81,12 @@ def _add_effects(section: Section, content: dict):
     section.heading("Effects of stems")
     if content["stem_effects"]:
         count = sum(not stem.get("failure") for stem in content["stems"])
-        section.add(table(["effect", "probability", "number of stems", "stems that have it"],
+        section.add(table(["effect", "probability", "probability of its family", "number of stems",
+                           "stems that have it", "possible in"],
                           [[each["effect"], probability_text(each["probability"]),
-                            f"{len(each['specimens'])} of {count}", ", ".join(each["specimens"])]
+                            f"{each['family']}: {probability_text(each['family_probability'])}",
+                            f"{len(each['specimens'])} of {count}", ", ".join(each["specimens"]),
+                            ", ".join(each["possible_specimens"])]
                            for each in content["stem_effects"]]))
     else:
         section.paragraph("None was found.")

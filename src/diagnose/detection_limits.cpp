@@ -109,16 +109,15 @@ double bias(const fit::Fit& best, const Eigen::VectorXd& hidden_by, const physic
 }
 
 /// Sets the parameter, its unit and value for a size in standard deviations of the prior.
-void name(const fit::StemModel& model, const physics::SelectedEffect& effect, std::size_t parameter,
-          double size, DetectionLimit& limit) {
+void name(const fit::StemModel& model, const physics::SelectedEffect& effect,
+          const EffectColumn& column, double size, DetectionLimit& limit) {
     std::size_t own = 0;
     for (const fit::FreeParameter& each : model.parameters)
-        if (each.access.id.effect == limit.effect && own++ == parameter) {
-            const ParameterPrior prior = prior_of(each, model);
+        if (each.access.id.effect == limit.effect && own++ == column.parameter) {
             limit.parameter = each.access.id.name;
             limit.unit = each.unit;
             limit.value =
-                fit::from_coordinate(each.fitted_as, prior.absent + size * prior.deviation);
+                fit::from_coordinate(each.fitted_as, column.absent + size * column.deviation);
             limit.is_beyond_bounds = !(limit.value >= each.lower && limit.value <= each.upper);
         }
     if (!limit.parameter.empty())
@@ -152,7 +151,7 @@ DetectionLimit limit_of(const SearchResult& search, const fit::StemModel& best, 
     }
     const double size = signature.size();
     name(candidate_model(best, {effect}, (*search.stems)[0].recordings.front()), effect,
-         signature.column->parameter, size, limit);
+         *signature.column, size, limit);
     if (!std::isfinite(size))
         return limit;
     const double secant = signature.column->secant;
@@ -166,16 +165,12 @@ DetectionLimit limit_of(const SearchResult& search, const fit::StemModel& best, 
     return limit;
 }
 
-/// What one stem shows of the first size of a candidate, per coordinate; 0: nothing.
-double information_of(const EffectView& view, std::size_t candidate, std::size_t& parameter) {
-    if (view.columns.empty())
-        return 0.0;
+/// The column by which a stem shows the first size of a candidate; none: it does not.
+std::optional<SeenColumn> first_size(const EffectView& view, std::size_t candidate) {
     for (const SeenColumn& each : columns_of(view, candidate))
-        if (each.column->parameter < view.priors[candidate].size() && each.length > 0.0) {
-            parameter = each.column->parameter;
-            return std::pow(each.length / view.priors[candidate][parameter].deviation, 2);
-        }
-    return 0.0;
+        if (each.column->parameter != no_parameter && each.length > 0.0)
+            return each;
+    return std::nullopt;
 }
 
 } // namespace
@@ -202,23 +197,21 @@ std::vector<SharedLimit> shared_limits(const SearchResult& search) {
         if (candidate.effect->belongs_to() != physics::BelongsTo::Rig)
             continue;
         for (const std::string& rig : stems.rigs()) {
-            std::vector<double> information;
-            std::size_t parameter = 0;
-            ParameterPrior prior;
+            std::vector<double> information; // (stems) per coordinate
+            EffectColumn size;
             for (const std::size_t s : stems.on_rig(rig))
-                if (const double own = information_of(search.about->view(s), c, parameter);
-                    own > 0.0) {
-                    information.push_back(own);
-                    prior = search.about->view(s).priors[c][parameter];
+                if (const auto seen = first_size(search.about->view(s), c)) {
+                    size = *seen->column;
+                    information.push_back(std::pow(seen->length / size.deviation, 2));
                 }
             if (information.empty())
                 continue;
             const physics::EffectParameter card =
-                candidate.effect->parameters()[free_parameters(candidate)[parameter]];
+                candidate.effect->parameters()[free_parameters(candidate)[size.parameter]];
             const auto value = [&](double in_all) {
                 return fit::from_coordinate(
                     card.fitted_as,
-                    prior.absent + std::copysign(detected_at / std::sqrt(in_all), prior.deviation));
+                    size.absent + std::copysign(detected_at / std::sqrt(in_all), size.deviation));
             };
             limits.push_back({candidate.effect->name(), rig, card.name, card.unit,
                               value(core::median(information)),

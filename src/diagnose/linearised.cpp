@@ -22,32 +22,27 @@ bool has_same_columns(const EffectColumns& one, const EffectColumns& other) {
 
 /// Structure of the first stem that shows the candidate, with the stems' means of the values at its
 /// points and of the usual sizes.
-void average(std::size_t candidate, const std::vector<const EffectView*>& views, RigView& out) {
-    EffectColumns& common = out.columns.emplace_back();
-    std::vector<ParameterPrior>& priors = out.priors.emplace_back();
-    common.failure = "no stem shows it";
+EffectColumns average(std::size_t candidate, const std::vector<const EffectView*>& views) {
+    EffectColumns common{"no stem shows it", {}, 0};
     double count = 0.0;
     for (const EffectView* view : views) {
         const EffectColumns& mine = view->columns[candidate];
         if (!mine.failure.empty() || (count > 0.0 && !has_same_columns(common, mine)))
             continue;
-        if (count == 0.0) {
+        if (++count == 1.0) {
             common = mine;
-            priors = view->priors[candidate];
-        } else {
-            for (std::size_t k = 0; k < priors.size(); ++k) {
-                priors[k].deviation += view->priors[candidate][k].deviation;
-                for (std::size_t n = 0; n < common.nodes.size(); ++n)
-                    common.nodes[n].values[k] += mine.nodes[n].values[k];
-            }
+            continue;
         }
-        count += 1.0;
+        // Running means.
+        const auto add = [&](double& mean, double value) { mean += (value - mean) / count; };
+        for (std::size_t n = 0; n < common.nodes.size(); ++n) {
+            for (std::size_t k = 0; k < common.nodes[n].values.size(); ++k)
+                add(common.nodes[n].values[k], mine.nodes[n].values[k]);
+            for (std::size_t k = 0; k < common.nodes[n].columns.size(); ++k)
+                add(common.nodes[n].columns[k].deviation, mine.nodes[n].columns[k].deviation);
+        }
     }
-    for (ParameterPrior& prior : priors)
-        prior.deviation /= count;
-    for (EffectNode& node : common.nodes)
-        for (double& value : node.values)
-            value /= count;
+    return common;
 }
 
 /// Gram matrix and overlap of columns, the shared ones last.
@@ -92,25 +87,22 @@ void add_stem(const EffectView& view, const Normal& own, const SharedMinimum& sh
     std::vector<Eigen::Index> from;
     std::vector<Eigen::Index> to;
     std::vector<double> factors;
-    Eigen::Index first = 0;
+    Eigen::Index at = 0;
     for (std::size_t c = 0; c < view.columns.size(); ++c) {
         const EffectColumns& mine = view.columns[c];
-        const bool is_same = mine.failure.empty() && has_same_columns(common.columns[c], mine);
-        Eigen::Index at = first;
+        const EffectColumns& wanted = common.columns[c];
+        if (!mine.failure.empty() || !has_same_columns(wanted, mine)) {
+            at += wanted.column_count();
+            continue;
+        }
         Eigen::Index place = view.first_column(c, 0);
-        for (const EffectNode& node : mine.nodes)
-            for (const EffectColumn& column : node.columns) {
-                if (is_same) {
-                    const bool has_size = column.parameter < common.priors[c].size();
-                    from.push_back(place);
-                    to.push_back(at++);
-                    factors.push_back(has_size ? common.priors[c][column.parameter].deviation /
-                                                     view.priors[c][column.parameter].deviation
-                                               : 1.0);
-                }
-                ++place;
+        for (std::size_t n = 0; n < mine.nodes.size(); ++n)
+            for (std::size_t k = 0; k < mine.nodes[n].columns.size(); ++k) {
+                from.push_back(place++);
+                to.push_back(at++);
+                factors.push_back(wanted.nodes[n].columns[k].deviation /
+                                  mine.nodes[n].columns[k].deviation);
             }
-        first += common.columns[c].column_count();
     }
     const std::vector<Eigen::Index> places = places_of(view, shared);
     for (std::size_t k = 0; k < places.size(); ++k) {
@@ -195,13 +187,13 @@ RigView Linearised::view_of_rig(const std::string& rig, const Model& base,
     std::vector<const EffectView*> views;
     for (const std::size_t s : on_rig)
         views.push_back(&views_[s]);
-    RigView out{{}, {}, {{}, {}, {}}};
+    RigView out{{}, {{}, {}, {}}};
     const fit::SelectedEffects& candidates = stems_->options().candidates;
     Eigen::Index columns = 0;
     for (std::size_t c = 0; c < candidates.size(); ++c) {
-        average(c, views, out);
-        if (candidates[c].effect->belongs_to() != physics::BelongsTo::Rig)
-            out.columns.back() = {"it is of the stem", {}, 0};
+        out.columns.push_back(candidates[c].effect->belongs_to() == physics::BelongsTo::Rig
+                                  ? average(c, views)
+                                  : EffectColumns{"it is of the stem", {}, 0});
         columns += out.columns.back().column_count();
     }
     const Eigen::Index count = columns + std::ssize(base.shared.names);
@@ -228,11 +220,11 @@ ActingEffect Linearised::estimated(const std::string& rig, std::size_t candidate
     for (std::size_t free = 0; free < places.size(); ++free) {
         const std::size_t k = places[free];
         out.values[k] = node.values[free];
-        const ParameterPrior& prior = view.priors[candidate][free];
-        for (std::size_t c = 0; c < node.columns.size() && !prior.is_place; ++c)
-            if (node.columns[c].parameter == free) {
-                const double value = fit::from_coordinate(
-                    parameters[k].fitted_as, prior.absent + estimate.amounts[c] * prior.deviation);
+        for (std::size_t c = 0; c < node.columns.size(); ++c)
+            if (const EffectColumn& column = node.columns[c]; column.parameter == free) {
+                const double value =
+                    fit::from_coordinate(parameters[k].fitted_as,
+                                         column.absent + estimate.amounts[c] * column.deviation);
                 out.values[k] = std::isfinite(value) // a stiffness without compliance is not
                                     ? std::clamp(value, parameters[k].lower, parameters[k].upper)
                                     : parameters[k].upper;

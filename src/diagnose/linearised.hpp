@@ -16,8 +16,7 @@ namespace culm::diagnose {
 /// The candidates of a rig, summed over its stems. Sizes are in common units, the means of the
 /// stems' usual sizes.
 struct RigView {
-    std::vector<EffectColumns> columns;              ///< (candidates) without readings
-    std::vector<std::vector<ParameterPrior>> priors; ///< (candidates)(free parameters)
+    std::vector<EffectColumns> columns; ///< (candidates) without readings
     LinearEvidence linear;
 };
 

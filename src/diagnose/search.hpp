@@ -52,21 +52,6 @@ struct SearchResult {
 [[nodiscard]] std::optional<std::size_t> likeliest_part(const std::vector<Model>& visited,
                                                         std::size_t model);
 
-/// Calls visit(set) for the sets of at most `room` of the numbers 0 … count − 1, in the order of
-/// their names in a dictionary; false: no set that begins with this one is visited.
-template <class Visit>
-void for_each_set(std::size_t count, std::size_t room, const Visit& visit,
-                  std::vector<std::size_t> set = {}) {
-    if (set.size() == room)
-        return;
-    for (std::size_t k = set.empty() ? 0 : set.back() + 1; k < count; ++k) {
-        std::vector<std::size_t> larger = set;
-        larger.push_back(k);
-        if (visit(larger))
-            for_each_set(count, room, visit, std::move(larger));
-    }
-}
-
 /// Steps 1 to 5 of docs/diagnosis.md, "How it decides". The log evidence of models is predicted
 /// about the best model so far (linearised.hpp), and models that may be as likely are fitted.
 ///

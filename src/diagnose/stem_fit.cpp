@@ -186,16 +186,9 @@ EffectView view_about(const Stems& stems, std::size_t stem, const Model& model,
     const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
     const fit::Fit base = base_fit(stems, stem, model, options);
     std::vector<CandidateView> candidates;
-    std::vector<std::vector<ParameterPrior>> priors;
-    for (std::size_t c = 0; c < columns.size(); ++c) {
+    for (std::size_t c = 0; c < columns.size(); ++c)
         candidates.push_back({stems.options().candidates[c], std::move(columns[c])});
-        priors.push_back(
-            priors_of(candidates.back(), base.parts.front().model, recordings.front()));
-    }
-    EffectView view =
-        view_of(std::move(candidates), shared_columns(base, recordings, effects.sharing));
-    view.priors = std::move(priors);
-    return view;
+    return view_of(std::move(candidates), shared_columns(base, recordings, effects.sharing));
 }
 
 } // namespace culm::diagnose

@@ -47,9 +47,14 @@ struct DiagnosisReport {
 [[nodiscard]] nlohmann::json
 alternatives_json(const std::vector<diagnose::FamilyExplanation>& alternatives);
 
-/// Of effects of one stem.
+[[nodiscard]] nlohmann::json
+explanations_json(const std::vector<diagnose::Explanation>& explanations, bool is_one_stem);
+[[nodiscard]] nlohmann::json immaterial_json(const std::vector<diagnose::ImmaterialEffect>& effects,
+                                             bool is_one_stem);
+
+/// "quadratic_drag"; of several stems "quadratic_drag of rig A", "taper of stems".
 [[nodiscard]] std::vector<std::string>
-effect_names(const std::vector<diagnose::OwnedEffect>& effects);
+effect_names(const std::vector<diagnose::OwnedEffect>& effects, bool is_one_stem = true);
 
 /// docs/schemas/diagnosis.schema.json, except options, folders and provenance.
 [[nodiscard]] nlohmann::json diagnosis_json(const DiagnosisReport& report);

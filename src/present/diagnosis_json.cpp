@@ -79,21 +79,6 @@ json probabilities_json(const std::vector<diagnose::ModelProbability>& models) {
     return out;
 }
 
-json explanations_json(const std::vector<diagnose::Explanation>& explanations) {
-    json out = json::array();
-    for (const diagnose::Explanation& explanation : explanations)
-        if (explanation.probability >= least_listed)
-            out.push_back({{"effects", effect_names(explanation.effects)},
-                           {"probability", number(explanation.probability)}});
-    return out;
-}
-
-json immaterial_json(const std::vector<diagnose::ImmaterialEffect>& effects) {
-    return array_of(effects, [](const diagnose::ImmaterialEffect& effect) -> json {
-        return {{"effect", effect.effect.first}, {"over_noise", number(effect.over_noise)}};
-    });
-}
-
 json failed_json(const std::vector<diagnose::ModelProbability>& models) {
     json out = json::array();
     for (const diagnose::ModelProbability& model : models)
@@ -171,7 +156,7 @@ json missing_force_json(const diagnose::MissingForce& force) {
         return {{"term", term.term},
                 {"coefficient", number(term.coefficient)},
                 {"stderr", number(term.standard_error)},
-                {"stability", number(term.stability)}};
+                {"probability", number(term.probability)}};
     };
     return {{"kind", force.kind},
             {"form", force.form},
@@ -232,6 +217,22 @@ void add_recordings(const DiagnosisReport& report, json& document) {
 
 } // namespace
 
+json explanations_json(const std::vector<diagnose::Explanation>& explanations, bool is_one_stem) {
+    json out = json::array();
+    for (const diagnose::Explanation& explanation : explanations)
+        if (explanation.probability >= least_listed)
+            out.push_back({{"effects", effect_names(explanation.effects, is_one_stem)},
+                           {"probability", number(explanation.probability)}});
+    return out;
+}
+
+json immaterial_json(const std::vector<diagnose::ImmaterialEffect>& effects, bool is_one_stem) {
+    return array_of(effects, [&](const diagnose::ImmaterialEffect& effect) -> json {
+        return {{"effect", effect_names({effect.effect}, is_one_stem).front()},
+                {"over_noise", number(effect.over_noise)}};
+    });
+}
+
 json families_json(const std::vector<diagnose::NamedFamily>& families) {
     return array_of(families, [](const diagnose::NamedFamily& named) -> json {
         json out{{"family", physics::to_string(named.family)},
@@ -268,8 +269,8 @@ json diagnosis_json(const DiagnosisReport& report) {
         {"baseline", baseline_json(found)},
         {"parameters", parameters_with_units(report.parameters())},
         {"models", probabilities_json(found.posterior.models)},
-        {"explanations", explanations_json(found.posterior.explanations)},
-        {"immaterial", immaterial_json(found.posterior.immaterial)},
+        {"explanations", explanations_json(found.posterior.explanations, true)},
+        {"immaterial", immaterial_json(found.posterior.immaterial, true)},
         {"largest_unvisited", largest_unvisited_json(found.largest_unvisited)},
         {"failed", failed_json(found.posterior.models)},
         {"ladder", models_json(found.ladder)},

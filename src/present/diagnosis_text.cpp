@@ -269,13 +269,6 @@ std::string trimmed_lines(const std::string& text) {
 
 } // namespace
 
-std::vector<std::string> effect_names(const std::vector<diagnose::OwnedEffect>& effects) {
-    std::vector<std::string> names;
-    for (const auto& [effect, rig] : effects)
-        names.push_back(effect);
-    return names;
-}
-
 measure::ReadingUnit DiagnosisReport::unit() const {
     std::vector<measure::Sensor> sensors;
     for (const measure::Measurement& recording : recordings) {

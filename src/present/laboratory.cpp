@@ -43,10 +43,9 @@ std::vector<std::size_t> by_probability(const std::vector<diagnose::ModelProbabi
 
 /// "quadratic_drag of rig A + taper of stems"; "the published chain".
 std::string model_text(const diagnose::ModelProbability& model) {
-    std::vector<std::string> names;
-    for (const auto& [effect, rig] : model.effects)
-        names.push_back(fmt::format("{} of {}", effect, rig.empty() ? "stems" : "rig " + rig));
-    return names.empty() ? "the published chain" : fmt::format("{}", fmt::join(names, " + "));
+    return model.effects.empty()
+               ? "the published chain"
+               : fmt::format("{}", fmt::join(effect_names(model.effects, false), " + "));
 }
 
 std::string header(const Laboratory& laboratory) {
@@ -271,6 +270,8 @@ json laboratory_json(const Laboratory& laboratory) {
             {"sentences", sentences},
             {"families", families_json(laboratory.families)},
             {"alternatives", alternatives_json(laboratory.alternatives)},
+            {"explanations", explanations_json(laboratory.posterior.explanations, false)},
+            {"immaterial", immaterial_json(laboratory.posterior.immaterial, false)},
             {"rig_effects", rig_effects_json(laboratory.answers)},
             {"stem_effects", std::move(own)},
             {"population",

@@ -24,12 +24,14 @@ std::string first_model(const Diagnosis& found) {
                          : fmt::format("the published chain with {}", fmt::join(known, " and "));
 }
 
+std::string owner_text(const std::string& rig, bool is_one_stem) {
+    return is_one_stem ? "" : rig.empty() ? " of stems" : " of rig " + rig;
+}
+
 /// "taper", "clamp (clamp_compliance or clamp_friction)", "air of rig A (most like
 /// quadratic_drag)".
 std::string family_name(const Diagnosis& found, const diagnose::NamedFamily& named) {
-    const std::string owner = found.stems.size() == 1 ? ""
-                              : named.rig.empty()     ? " of stems"
-                                                      : " of rig " + named.rig;
+    const std::string owner = owner_text(named.rig, found.stems.size() == 1);
     if (named.members.size() == 1 && !named.is_open)
         return named.members.front() + owner;
     return fmt::format("{}{} ({}{})", physics::to_string(named.family), owner,
@@ -37,6 +39,14 @@ std::string family_name(const Diagnosis& found, const diagnose::NamedFamily& nam
 }
 
 } // namespace
+
+std::vector<std::string> effect_names(const std::vector<diagnose::OwnedEffect>& effects,
+                                      bool is_one_stem) {
+    std::vector<std::string> names;
+    for (const auto& [effect, rig] : effects)
+        names.push_back(effect + owner_text(rig, is_one_stem));
+    return names;
+}
 
 std::string explanation_name(const Diagnosis& found,
                              const std::vector<diagnose::NamedFamily>& families) {

@@ -163,7 +163,7 @@ def diagnosis(name="T2", verdict="effect"):
                 if verdict == "effect" else [])
     force = {"kind": "force_per_length", "form": "(-0.002)*v*abs(v)", "character": "dissipative",
              "terms": [{"term": "v*abs(v)", "coefficient": -0.002, "stderr": 1e-5,
-                        "stability": 1.0}],
+                        "probability": 1.0}],
              "explained": 0.99, "rmse_mm": 0.04, "effect_file": "[effect]\nname = \"missing\"\n",
              "against_displacement": [{"displacement_mm": x, "velocity_m_s": 0.0,
                                        "force_n_per_m": 0.0} for x in (-20.0, 20.0)],

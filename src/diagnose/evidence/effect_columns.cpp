@@ -205,7 +205,7 @@ class ColumnsOfEffect {
         if (group.secant != 0.0) {
             EffectColumn column{difference(here, base_.system.predicted, 1.0 / group.secant)};
             column.parameter = group.sizes.front();
-            column.is_one_sided = group.priors.front().is_one_sided;
+            set_prior(group.priors.front(), column);
             column.secant = group.secant;
             node.columns.push_back(std::move(column));
             return node;
@@ -216,17 +216,23 @@ class ColumnsOfEffect {
             node.columns.push_back(std::move(column));
         }
         for (std::size_t s = 0; s < group.sizes.size(); ++s)
-            add_derivative(group.readings[s + 1], here, group.sizes[s],
-                           group.priors[s].is_one_sided, node);
+            add_derivative(group.readings[s + 1], here, group.sizes[s], group.priors[s], node);
         return node;
+    }
+
+    static void set_prior(const ParameterPrior& prior, EffectColumn& column) {
+        column.is_one_sided = prior.is_one_sided;
+        column.absent = prior.absent;
+        column.deviation = prior.deviation;
     }
 
     /// The column of a size, or one column per recording if recordings have separate sizes.
     void add_derivative(const Eigen::VectorXd& changed, const Eigen::VectorXd& from,
-                        std::size_t parameter, bool is_one_sided, EffectNode& node) const {
+                        std::size_t parameter, const ParameterPrior& prior,
+                        EffectNode& node) const {
         EffectColumn column{difference(changed, from, 1.0 / small_change)};
         column.parameter = parameter;
-        column.is_one_sided = is_one_sided;
+        set_prior(prior, column);
         if (!fit::belongs_to_recording(own_.front().access.id) || recordings_.size() == 1) {
             node.columns.push_back(std::move(column));
             return;

@@ -21,6 +21,8 @@ struct EffectColumn {
     bool is_one_sided = false;
     bool is_certain = false; ///< it acts with exactly this size
     double secant = 0.0;     ///< size at the end of a secant; 0: a derivative
+    double absent = 0.0;     ///< of a size: coordinate where the effect is absent
+    double deviation = 1.0;  ///< of a size: that of its prior, by its coordinate
 
     /// Up to which the readings are linear: for a derivative in standard deviations of the prior,
     /// for a secant in units of its length.
@@ -31,7 +33,8 @@ struct EffectColumn {
 
 template <class Wire>
 void fields(Wire& wire, EffectColumn& column) {
-    wire(column.readings, column.parameter, column.is_one_sided, column.is_certain, column.secant);
+    wire(column.readings, column.parameter, column.is_one_sided, column.is_certain, column.secant,
+         column.absent, column.deviation);
 }
 
 /// An effect at one point of the grid of its locations, angles and time constants.

@@ -78,18 +78,6 @@ EffectView view_of(std::vector<CandidateView> candidates, const SharedColumns& o
     return view;
 }
 
-std::vector<ParameterPrior> priors_of(const CandidateView& candidate, const fit::StemModel& base,
-                                      const fit::ObservedRecording& recording) {
-    std::vector<ParameterPrior> priors;
-    if (!candidate.columns.failure.empty())
-        return priors;
-    const fit::StemModel model = candidate_model(base, {candidate.effect}, recording);
-    for (const fit::FreeParameter& parameter : model.parameters)
-        if (parameter.access.id.effect == candidate.effect.effect->name())
-            priors.push_back(prior_of(parameter, model));
-    return priors;
-}
-
 LinearEvidence evidence_in(const EffectView& view) {
     return {view.columns, view.gram_matrix(), view.overlap_vector()};
 }

@@ -26,12 +26,11 @@ namespace culm::diagnose {
 
 struct EffectView {
     std::vector<EffectColumns> columns; ///< (candidates) without readings; some may have failed
-    std::vector<std::vector<ParameterPrior>> priors; ///< (candidates)(free parameters)
-    std::vector<std::string> shared;                 ///< names of the shared numbers
-    std::vector<double> shared_at;                   ///< (shared) coordinates
-    std::vector<double> gram;                        ///< (all · all)
-    std::vector<double> overlap;                     ///< (all)
-    std::vector<double> coefficients;                ///< (own · columns of the candidates)
+    std::vector<std::string> shared;    ///< names of the shared numbers
+    std::vector<double> shared_at;      ///< (shared) coordinates
+    std::vector<double> gram;           ///< (all · all)
+    std::vector<double> overlap;        ///< (all)
+    std::vector<double> coefficients;   ///< (own · columns of the candidates)
 
     /// Number of columns of the candidates.
     [[nodiscard]] Eigen::Index column_count() const;
@@ -43,23 +42,13 @@ struct EffectView {
 };
 
 template <class Wire>
-void fields(Wire& wire, ParameterPrior& prior) {
-    wire(prior.is_place, prior.is_one_sided, prior.absent, prior.deviation, prior.range);
-}
-template <class Wire>
 void fields(Wire& wire, EffectView& view) {
-    wire(view.columns, view.priors, view.shared, view.shared_at, view.gram, view.overlap,
-         view.coefficients);
+    wire(view.columns, view.shared, view.shared_at, view.gram, view.overlap, view.coefficients);
 }
 
-/// `candidates`: with readings, about the fit with this system. Without priors.
+/// `candidates`: with readings, about the fit with this system.
 [[nodiscard]] EffectView view_of(std::vector<CandidateView> candidates,
                                  const SharedColumns& system);
-
-/// Of the candidate's free parameters, beside the effects of a fitted model.
-[[nodiscard]] std::vector<ParameterPrior> priors_of(const CandidateView& candidate,
-                                                    const fit::StemModel& base,
-                                                    const fit::ObservedRecording& recording);
 
 /// Evidence of the candidates in a stem that shares nothing.
 [[nodiscard]] LinearEvidence evidence_in(const EffectView& view);

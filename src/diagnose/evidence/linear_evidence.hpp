@@ -7,6 +7,7 @@
 
 #include <map>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include <Eigen/Core>
@@ -35,6 +36,21 @@ struct PredictedGain {
     double log_evidence = 0.0; ///< over that of the fitted model; −infinity: no allowed sizes
     std::vector<PredictedPoint> points; ///< the likeliest ones, the best first
 };
+
+/// Calls visit(set) for the sets of at most `room` of the numbers 0 … count − 1, in the order of
+/// their names in a dictionary; false: no set that begins with this one is visited.
+template <class Visit>
+void for_each_set(std::size_t count, std::size_t room, const Visit& visit,
+                  std::vector<std::size_t> set = {}) {
+    if (set.size() == room)
+        return;
+    for (std::size_t k = set.empty() ? 0 : set.back() + 1; k < count; ++k) {
+        std::vector<std::size_t> larger = set;
+        larger.push_back(k);
+        if (visit(larger))
+            for_each_set(count, room, visit, std::move(larger));
+    }
+}
 
 /// The candidates' columns without the part that the model's parameters imitate. A set with columns
 /// S changes log Z by ½ bᵀ (G + I)⁻¹ b − ½ log|G + I| + log P(S), G = SᵀS, b = Sᵀ r.

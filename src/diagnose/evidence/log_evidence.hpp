@@ -28,6 +28,11 @@ struct ParameterPrior {
     [[nodiscard]] double precision() const;
 };
 
+template <class Wire>
+void fields(Wire& wire, ParameterPrior& prior) {
+    wire(prior.is_place, prior.is_one_sided, prior.absent, prior.deviation, prior.range);
+}
+
 /// The prior of an effect's parameter in `model`, whose stem determines the usual size.
 [[nodiscard]] ParameterPrior prior_of(const fit::FreeParameter& parameter,
                                       const fit::StemModel& model);

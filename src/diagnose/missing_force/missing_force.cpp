@@ -2,9 +2,7 @@
 #include "diagnose/missing_force/missing_force.hpp"
 
 #include "core/error.hpp"
-#include "diagnose/missing_force/term_selection.hpp"
 #include "diagnose/stem_fit.hpp"
-#include "fit/linear/scaled_solve.hpp"
 #include "fit/solve/error_solution.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "physics/effects/user_effect.hpp"
@@ -25,12 +23,14 @@ namespace {
 using physics::UserLawKind;
 
 constexpr std::size_t most_terms = 3;
-constexpr double force_block_periods = 3.0;
 constexpr int curve_points = 41;
 /// Initial ratio of a coefficient's term to the elastic forces: large enough for a derivative above
 /// the noise of the runs, small enough to stay linear.
 constexpr double small_share = 1e-3; ///< of the elastic forces
 constexpr double widest = 1e4;       ///< bounds of a coefficient, times its scale
+/// Standard deviation of a coefficient before the recording is seen, times its scale.
+constexpr double usual = 100.0;
+constexpr double term_probability = 0.8; ///< of a term
 
 bool is_force(UserLawKind kind) {
     return kind == UserLawKind::ForcePerLength;
@@ -128,22 +128,6 @@ std::string as_effect_file(const physics::UserEffectText& text) {
     return out;
 }
 
-/// Index of the time block of every reading; blocks of different recordings differ.
-std::vector<int> blocks_of(const fit::Fit& base) {
-    std::vector<int> blocks;
-    int first = 0;
-    for (const fit::RecordingFit& part : base.parts) {
-        const double length = force_block_periods / physics::first_frequency(part.model.spec.stem);
-        int last = first;
-        for (const double time : part.times) {
-            last = first + static_cast<int>((time - part.times.front()) / length);
-            blocks.insert(blocks.end(), part.prediction.rows, last);
-        }
-        first = last + 1;
-    }
-    return blocks;
-}
-
 physics::SelectedEffect with_terms(UserLawKind kind, const std::vector<std::string>& terms,
                                    const std::vector<double>& values,
                                    const std::vector<double>& scales) {
@@ -151,49 +135,87 @@ physics::SelectedEffect with_terms(UserLawKind kind, const std::vector<std::stri
             std::vector<std::optional<double>>(terms.size())};
 }
 
-/// Linear regression of the residual on the terms of one kind.
-struct Regression {
+/// The terms of one kind that the residual needs.
+struct ChosenTerms {
     UserLawKind kind = UserLawKind::ForcePerLength;
-    std::vector<std::string> terms; ///< chosen
+    std::vector<std::string> terms;
     std::vector<double> scales;
     std::vector<double> values;
-    SelectedTerms selected;
+    std::vector<double> probabilities;
 };
 
-Regression regress(UserLawKind kind, const fit::Fit& base,
-                   std::span<const fit::ObservedRecording> recordings,
-                   const fit::FitOptions& options) {
-    const std::vector<std::string> terms = force_terms(kind);
-    const std::vector<double> scales = term_scales(kind, terms, base.parts.front().model.spec);
+/// What the base shows of each term alone, as of an effect with one size.
+EffectView view_of_terms(UserLawKind kind, const std::vector<std::string>& terms,
+                         const std::vector<double>& scales, const fit::Fit& base,
+                         std::span<const fit::ObservedRecording> recordings,
+                         const fit::FitOptions& options) {
     const physics::SelectedEffect trial =
         with_terms(kind, terms, std::vector<double>(terms.size(), 0.0), scales);
     std::vector<fit::StemModel> models;
     for (std::size_t m = 0; m < recordings.size(); ++m)
         models.push_back(candidate_model(base.parts[m].model, {trial}, recordings[m]));
     const fit::WeightedSystem larger = fit::system_at(models, base, recordings, options.heartbeat);
-    const fit::WeightedSystem& fitted = base.system;
-
-    // Both sides without the part that the fitted parameters can absorb (Frisch, Waugh and Lovell):
-    // the coefficients are those of a regression in which these parameters are free as well.
-    const fit::Projector own(fitted.jacobian);
-    Eigen::MatrixXd columns(fitted.readings(), static_cast<Eigen::Index>(terms.size()));
+    std::vector<CandidateView> candidates;
     for (std::size_t k = 0; k < terms.size(); ++k) {
         const auto found = std::ranges::find(larger.ids, coefficient(k));
-        // In units of the scale, so that the sums of products have similar magnitudes.
-        columns.col(static_cast<Eigen::Index>(k)) =
-            scales[k] * own.remainder(larger.jacobian.col(found - larger.ids.begin()))
-                            .topRows(fitted.readings());
+        Eigen::VectorXd readings = Eigen::VectorXd::Zero(base.system.residual.size());
+        readings.head(base.system.readings()) =
+            usual * scales[k] *
+            larger.jacobian.col(found - larger.ids.begin()).head(base.system.readings());
+        EffectColumn column{{readings.data(), readings.data() + readings.size()}};
+        column.parameter = 0;
+        candidates.push_back({trial, {{}, {{{0.0}, 1.0, 1.0, {std::move(column)}}}, 0}});
     }
-    const Eigen::VectorXd residual = own.remainder(fitted.residual).topRows(fitted.readings());
-    Regression out;
-    out.kind = kind;
-    out.selected = select_terms(columns, residual, blocks_of(base), most_terms);
-    for (std::size_t k = 0; k < out.selected.columns.size(); ++k) {
-        const std::size_t column = out.selected.columns[k];
-        out.terms.push_back(terms[column]);
-        out.scales.push_back(scales[column]);
-        out.values.push_back(scales[column] *
-                             out.selected.coefficients(static_cast<Eigen::Index>(k)));
+    return view_of(std::move(candidates), shared_columns(base, recordings, {}));
+}
+
+/// Chooses among all sets of terms by their log evidence. What the likeliest set leaves is noise to
+/// all of them, because the true force need not be among them.
+ChosenTerms choose_terms(UserLawKind kind, const fit::Fit& base,
+                         std::span<const fit::ObservedRecording> recordings,
+                         const fit::FitOptions& options) {
+    const std::vector<std::string> terms = force_terms(kind);
+    const std::vector<double> scales = term_scales(kind, terms, base.parts.front().model.spec);
+    const EffectView view = view_of_terms(kind, terms, scales, base, recordings, options);
+    double variance = 1.0;
+    ChosenTerms out;
+    for (int pass = 0; pass < 2; ++pass) {
+        const LinearEvidence evidence(view.columns, view.gram_matrix() / variance,
+                                      view.overlap_vector() / variance);
+        std::vector<std::size_t> chosen;
+        PredictedGain likeliest;
+        std::vector<std::pair<std::vector<std::size_t>, double>> sets{{{}, 0.0}};
+        for_each_set(terms.size(), most_terms, [&](const std::vector<std::size_t>& set) {
+            PredictedGain gain = evidence.gain(set);
+            sets.emplace_back(set, gain.log_evidence);
+            if (gain.log_evidence > likeliest.log_evidence) {
+                chosen = set;
+                likeliest = std::move(gain);
+            }
+            return true;
+        });
+        double total = 0.0;
+        std::vector<double> held(terms.size(), 0.0);
+        for (const auto& [set, log_evidence] : sets) {
+            const double weight = std::exp(log_evidence - likeliest.log_evidence);
+            total += weight;
+            for (const std::size_t k : set)
+                held[k] += weight;
+        }
+        out = {kind, {}, {}, {}, {}};
+        double left = base.chi_squared;
+        for (std::size_t k = 0; k < chosen.size(); ++k) {
+            const PlacedEffect& term = likeliest.points.front().effects[k];
+            left -= term.fall;
+            if (held[chosen[k]] < term_probability * total)
+                continue;
+            out.terms.push_back(terms[chosen[k]]);
+            out.scales.push_back(scales[chosen[k]]);
+            out.values.push_back(usual * scales[chosen[k]] * term.amounts.front());
+            out.probabilities.push_back(held[chosen[k]] / total);
+        }
+        variance =
+            std::max(1.0, left / static_cast<double>(std::max<std::size_t>(1, base.readings)));
     }
     return out;
 }
@@ -281,26 +303,32 @@ MissingForce reconstruct_missing_force(const fit::Fit& base, const fit::Selected
                                        std::span<const fit::ObservedRecording> recordings,
                                        const fit::FitOptions& options) {
     MissingForce out;
-    std::optional<Regression> best;
+    // Across a large misfit the linear estimates do not decide between the kinds; the fits do.
+    std::optional<ChosenTerms> best;
+    fit::Fit fit;
     for (const UserLawKind kind : {UserLawKind::ForcePerLength, UserLawKind::BendingMoment}) {
         try {
-            Regression regression = regress(kind, base, recordings, options);
-            if (!regression.terms.empty() &&
-                (!best || regression.selected.validation < best->selected.validation))
-                best = std::move(regression);
+            ChosenTerms chosen = choose_terms(kind, base, recordings, options);
+            if (chosen.terms.empty())
+                continue;
+            fit::SelectedEffects larger = effects;
+            larger.push_back(with_terms(kind, chosen.terms, chosen.values, chosen.scales));
+            fit::Fit found = fit_larger(larger, base, recordings, options);
+            if (best &&
+                (!found.is_fitted() || (fit.is_fitted() && fit.chi_squared <= found.chi_squared)))
+                continue;
+            best = std::move(chosen);
+            fit = std::move(found);
         } catch (const core::NumericalError&) { // this kind of force cannot be computed here
         }
     }
     if (!best)
         return out;
     out.kind = name_of(best->kind);
-    fit::SelectedEffects larger = effects;
-    larger.push_back(with_terms(best->kind, best->terms, best->values, best->scales));
-    const fit::Fit fit = fit_larger(larger, base, recordings, options);
     out.fit = fit::to_numbers(fit);
     std::vector<std::string> products;
     for (std::size_t k = 0; k < best->terms.size(); ++k) {
-        ForceTerm term{best->terms[k], best->values[k], 0.0, best->selected.stability[k]};
+        ForceTerm term{best->terms[k], best->values[k], 0.0, best->probabilities[k]};
         for (const fit::FittedParameter& parameter : fit.parameters)
             if (parameter.id == coefficient(k)) {
                 term.coefficient = parameter.value;
@@ -313,7 +341,7 @@ MissingForce reconstruct_missing_force(const fit::Fit& base, const fit::Selected
     const double excess = base.chi_squared - static_cast<double>(base.readings);
     out.explained = fit.is_fitted() && excess > 0.0
                         ? std::clamp((base.chi_squared - fit.chi_squared) / excess, 0.0, 1.0)
-                        : std::max(0.0, 1.0 - best->selected.left);
+                        : 0.0;
     const run::CaseSpec& spec = base.parts.front().model.spec;
     out.character = character_of(out, best->kind, spec);
     add_curves(best->kind, spec, out);

@@ -14,7 +14,7 @@ struct ForceTerm {
     std::string term;         ///< as an expression of x, v, kappa, kappa_rate: "v*abs(v)"
     double coefficient = 0.0; ///< N/m (N m for a moment) per unit of the term
     double standard_error = 0.0;
-    double stability = 0.0; ///< share of resamples in which the term was chosen
+    double probability = 0.0; ///< that it is one of the terms, among the sets that were tried
 };
 
 struct ForceSample {
@@ -35,10 +35,10 @@ struct MissingForce {
     fit::Fit fit;                                  ///< of the model with this force
 };
 
-/// Regresses the residual of `base` on the signatures of simple forces. Each signature is computed
-/// through the chain, without the part that the model's own parameters can imitate. Terms are
-/// chosen by forward selection, validated on blocks of time left out, and kept only if 80 % of
-/// resamples choose them. The chosen terms are then fitted through the chain as a user's effect.
+/// Explains the residual of `base` by sums of at most three simple forces, as a search explains it
+/// by effects: each term's signature is computed through the chain, without the part that the
+/// model's own parameters can imitate, and the likeliest set is taken. A term needs a probability
+/// of 80 %. The terms are then fitted through the chain as a user's effect.
 [[nodiscard]] MissingForce
 reconstruct_missing_force(const fit::Fit& base, const fit::SelectedEffects& effects,
                           std::span<const fit::ObservedRecording> recordings,
