@@ -6,7 +6,7 @@ from checked_hdf5 import StudyError
 from command_results import Diagnosis
 from palette import BLUE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, line, log_axis
-from report_page.explanations import add_explanations, explanation
+from report_page.explanations import add_explanations
 from report_page.markup import (Plot, Section, escaped, facts, folded, half_width,
                                 provenance_rows, shown, table)
 from report_page.measured import (AMPLITUDE_CAPTION, PARAMETER_COLUMNS, WHERE_CAPTION,
@@ -26,7 +26,7 @@ def diagnosis_section(diagnosis: Diagnosis, key: str, place: str) -> Section:
     section.heading("Residual by model")
     _add_ladder(section, content)
     _add_missing_force(section, content)
-    _add_explanations(section, content)
+    add_explanations(section, content)
     _add_blind_spots(section, diagnosis)
     _add_next(section, content)
     _add_where(section, content)
@@ -97,14 +97,6 @@ def _add_missing_force(section: Section, content: dict):
                               term["probability"]] for term in force["terms"]]))
     section.add(folded("The same as an effect of your own (missing_force.toml)",
                        f"<pre>{escaped(force['effect_file'])}</pre>"))
-
-
-def _add_explanations(section: Section, content: dict):
-    add_explanations(section, content)
-    rows = [[explanation(entry["effects"]), entry["log_evidence"], entry["probability"],
-             entry.get("failure", "")] for entry in content["models"]]
-    section.add(folded("All models that were fitted", table(
-        ["effects", "log evidence over the best", "probability", "failure"], rows)))
 
 
 def _add_blind_spots(section: Section, diagnosis: Diagnosis):

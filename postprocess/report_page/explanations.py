@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from palette import BLUE, VERMILLION
 from report_page.drawing import axis, layout, level
-from report_page.markup import Plot, Section, table
+from report_page.markup import Plot, Section, folded, table
 
 
-def explanation(effects: list[str]) -> str:
+def _name(effects: list[str]) -> str:
     return " with ".join(effects) or "published chain"
 
 
@@ -15,7 +15,7 @@ def add_explanations(section: Section, content: dict):
     """Of a diagnosis.json or laboratory.json."""
     section.heading("Explanations and their probability")
     explanations = content["explanations"]
-    names = [explanation(entry["effects"]) for entry in explanations]
+    names = [_name(entry["effects"]) for entry in explanations]
     trace = {"type": "bar", "orientation": "h", "name": "probability", "y": names,
              "x": [entry["probability"] for entry in explanations], "hoverinfo": "x+y",
              "marker": {"color": BLUE}}
@@ -31,3 +31,7 @@ def add_explanations(section: Section, content: dict):
         section.add(table(["detectable, immaterial", "rms that it explains, / noise"],
                           [[entry["effect"], entry["over_noise"]]
                            for entry in content["immaterial"]]))
+    rows = [[_name(entry["effects"]), entry["log_evidence"], entry["probability"],
+             entry.get("failure", "")] for entry in content["models"]]
+    section.add(folded("All models that were fitted", table(
+        ["effects", "log evidence over the best", "probability", "failure"], rows)))

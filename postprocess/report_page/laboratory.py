@@ -90,9 +90,6 @@ def _add_effects(section: Section, content: dict):
                            for each in content["stem_effects"]]))
     else:
         section.paragraph("None was found.")
-    section.add(folded("All models that were fitted", table(
-        ["model", "log evidence over the published chain"],
-        [[each["model"], each["log_evidence"]] for each in content["models"]])))
 
 
 def _outliers(stem: dict) -> list[str]:

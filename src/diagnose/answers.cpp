@@ -103,7 +103,7 @@ class Effects {
 
   private:
     EffectAnswer& add(const OwnedEffect& name) {
-        const physics::Family family = family_of(name.first);
+        const physics::Family family = family_of(search_.stems->options(), name.first);
         EffectAnswer& added = out_.emplace_back();
         added.effect = name.first;
         added.rig = name.second;
@@ -112,7 +112,8 @@ class Effects {
             const bool has = std::ranges::find(each.effects, name) != each.effects.end();
             const bool has_family =
                 std::ranges::any_of(each.effects, [&](const OwnedEffect& other) {
-                    return other.second == name.second && family_of(other.first) == family;
+                    return other.second == name.second &&
+                           family_of(search_.stems->options(), other.first) == family;
                 });
             added.probability += has ? each.probability : 0.0;
             added.family_probability += has || has_family ? each.probability : 0.0;
@@ -120,15 +121,6 @@ class Effects {
         if (!search_.stems->is_one())
             add_power(name, added);
         return added;
-    }
-
-    [[nodiscard]] physics::Family family_of(const std::string& effect) const {
-        const DiagnosisOptions& options = search_.stems->options();
-        for (const fit::SelectedEffects* effects : {&options.candidates, &options.known})
-            for (const physics::SelectedEffect& each : *effects)
-                if (each.effect->name() == effect)
-                    return each.effect->family();
-        return physics::Family::Own;
     }
 
     /// The log odds grow with the number of stems, as far as they come from the readings.
@@ -189,7 +181,7 @@ class Effects {
         const Stems& stems = *search_.stems;
         const auto place = std::ranges::find(answer_.effects, owned(effect), owned);
         const ModelKey rest =
-            key_of(answer_.without(std::size_t(place - answer_.effects.begin())).effects);
+            key_of(without(answer_.effects, std::size_t(place - answer_.effects.begin())));
         const auto smaller = std::ranges::find_if(search_.visited, [&](const Model& each) {
             return !each.failed() && key_of(each.effects) == rest;
         });

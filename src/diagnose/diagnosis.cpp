@@ -261,9 +261,8 @@ Diagnosis decide(const SearchResult& search) {
     out.before = population_of(out.stems, &StemAnswer::before);
     out.after = population_of(out.stems, &StemAnswer::after);
     if (!search.unvisited.empty()) {
-        const UnvisitedModel& model = search.unvisited.front();
-        out.largest_unvisited = {added_names(model.effects),
-                                 model.log_evidence - search.best_model().log_evidence};
+        out.largest_unvisited = search.unvisited.front();
+        out.largest_unvisited->log_evidence -= search.best_model().log_evidence;
     }
     return out;
 }

@@ -35,12 +35,6 @@ struct SearchedModel {
     double log_evidence = 0.0; ///< over that of the published chain
 };
 
-/// A model that was only predicted.
-struct PredictedModel {
-    std::vector<OwnedEffect> effects;
-    double log_evidence = 0.0; ///< over that of the best model
-};
-
 struct Diagnosis {
     Conclusion conclusion = Conclusion::Unknown;
     std::string reason;                ///< one sentence
@@ -53,7 +47,8 @@ struct Diagnosis {
     Population before; ///< of several stems
     Population after;
     Posterior posterior;
-    std::optional<PredictedModel> largest_unvisited;
+    /// With its log evidence over that of the best model.
+    std::optional<UnvisitedModel> largest_unvisited;
     std::vector<SharedLimit>
         shared_limits;       ///< of rigs' effects that the best model does not contain
     Policy policy;           ///< by which the answer was found

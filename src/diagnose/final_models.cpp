@@ -17,7 +17,10 @@ namespace {
 /// likeliest one with a single effect of the answer.
 std::set<std::size_t> rivals_of(const SearchResult& search) {
     const Posterior posterior = posterior_of(search);
-    const double least = std::exp(-search.stems->options().policy.unvisited_margin) *
+    // Fits of many stems take long: what is left out may not decide whether the answer has 95 %.
+    const Policy& policy = search.stems->options().policy;
+    const double least = (search.stems->is_one() ? std::exp(-policy.unvisited_margin)
+                                                 : 1.0 - policy.held_probability) *
                          posterior.explanations.front().probability;
     const std::size_t answer = posterior.by_family.front().model;
     std::set<std::size_t> rivals{0, search.best, answer};

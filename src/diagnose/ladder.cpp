@@ -25,24 +25,25 @@ double relative_change(const fit::Fit& now, const fit::Fit& before,
 
 /// Uses the noise about the best model, as in a search: its residual is noise to all models.
 void add_log_evidence(Ladder& ladder, std::span<const fit::ObservedRecording> recordings) {
-    std::vector<ModelEvidence> evidence;
-    const fit::Fit* best = nullptr;
-    for (const LadderModel& model : ladder.models) {
-        const bool is_usable = model.fit.is_fitted() || &model == &ladder.models.front();
-        evidence.push_back(is_usable && !model.fit.failed() ? evidence_of(model.fit, recordings, {})
-                                                            : ModelEvidence{});
-        if (!evidence.back().misfits.empty() &&
-            (best == nullptr || deviance(model.fit) < deviance(*best)))
-            best = &model.fit;
-    }
-    if (best == nullptr)
+    const auto is_usable = [&](const LadderModel& model) {
+        return !model.fit.failed() && (model.fit.is_fitted() || &model == &ladder.models.front());
+    };
+    const auto best = std::ranges::min_element(ladder.models, {}, [&](const LadderModel& model) {
+        return is_usable(model) ? deviance(model.fit) : std::numeric_limits<double>::infinity();
+    });
+    if (!is_usable(*best))
         return;
-    const NoiseScale noise = noise_scale_of(*best);
-    for (std::size_t k = 0; k < ladder.models.size(); ++k)
-        ladder.models[k].log_evidence =
-            evidence[k].misfits.empty() || !evidence[k].absent_effects.empty()
-                ? -std::numeric_limits<double>::infinity()
-                : log_evidence(evidence[k], noise) - log_evidence(evidence.front(), noise);
+    const NoiseScale noise = noise_scale_of(best->fit);
+    for (LadderModel& model : ladder.models) {
+        const ModelEvidence evidence =
+            is_usable(model) ? evidence_of(model.fit, recordings, {}) : ModelEvidence{};
+        model.log_evidence = evidence.misfits.empty() || !evidence.absent_effects.empty()
+                                 ? -std::numeric_limits<double>::infinity()
+                                 : log_evidence(evidence, noise);
+    }
+    const double of_chain = ladder.models.front().log_evidence;
+    for (LadderModel& model : ladder.models)
+        model.log_evidence -= of_chain;
 }
 
 std::string why(const LadderModel& model, double least_gain) {

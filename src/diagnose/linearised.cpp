@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/linearised.hpp"
 
+#include "diagnose/evidence/estimated_starts.hpp"
 #include "fit/linear/scaled_solve.hpp"
 
 #include <algorithm>
@@ -211,25 +212,12 @@ RigView Linearised::view_of_rig(const std::string& rig, const Model& base,
 
 ActingEffect Linearised::estimated(const std::string& rig, std::size_t candidate, std::size_t place,
                                    const PredictedGain& gain) const {
-    const RigView& view = rigs_.at(rig);
-    const PlacedEffect& estimate = gain.points.front().effects[place];
-    const EffectNode& node = view.columns[candidate].nodes[estimate.nearest()];
-    ActingEffect out = on_rig(stems_->options().candidates[candidate], rig, *stems_);
-    const std::vector<physics::EffectParameter> parameters = out.effect.effect->parameters();
-    const std::vector<std::size_t> places = free_parameters(out.effect);
-    for (std::size_t free = 0; free < places.size(); ++free) {
-        const std::size_t k = places[free];
-        out.values[k] = node.values[free];
-        for (std::size_t c = 0; c < node.columns.size(); ++c)
-            if (const EffectColumn& column = node.columns[c]; column.parameter == free) {
-                const double value =
-                    fit::from_coordinate(parameters[k].fitted_as,
-                                         column.absent + estimate.amounts[c] * column.deviation);
-                out.values[k] = std::isfinite(value) // a stiffness without compliance is not
-                                    ? std::clamp(value, parameters[k].lower, parameters[k].upper)
-                                    : parameters[k].upper;
-            }
-    }
+    const physics::SelectedEffect& effect = stems_->options().candidates[candidate];
+    ActingEffect out = on_rig(effect, rig, *stems_);
+    fit::StemModel model = first_model_with(out, *stems_);
+    place_effect(effect, rigs_.at(rig).columns[candidate], gain.points.front().effects[place], 0,
+                 model);
+    out.values = model.spec.effects.back().values;
     return out;
 }
 

@@ -20,10 +20,15 @@ bool ActingEffect::acts_in(std::size_t stem) const {
 ActingEffect on_rig(const physics::SelectedEffect& effect, const std::string& rig,
                     const Stems& stems) {
     ActingEffect out{effect, rig, stems.on_rig(rig), {}, false};
-    const fit::StemChain chain = fit::chain_of(stems.specimen(out.stems.front()).recordings.front(),
-                                               stems.options().candidate.chain);
-    out.values = physics::with_defaults(effect, chain.spec.stem).values;
+    out.values = first_model_with(out, stems).spec.effects.back().values;
     return out;
+}
+
+fit::StemModel first_model_with(const ActingEffect& effect, const Stems& stems) {
+    const measure::Measurement& recording = stems.specimen(effect.stems.front()).recordings.front();
+    fit::StemModel model;
+    model.spec = fit::chain_of(recording, stems.options().candidate.chain).spec;
+    return fit::with_effect(std::move(model), effect.effect, recording);
 }
 
 StemEffects Model::effects_of(std::size_t stem, const Stems& all) const {
@@ -34,10 +39,8 @@ StemEffects Model::effects_of(std::size_t stem, const Stems& all) const {
         out.all.push_back(each.effect);
         if (each.is_known || each.is_shared())
             out.given.push_back(each.name());
-        if (each.is_shared()) {
-            out.held.push_back(each.name());
+        if (each.is_shared())
             out.sharing.rig_of[each.name()] = each.rig;
-        }
     }
     out.sharing.terms = all.shared_terms();
     return out;
@@ -55,10 +58,9 @@ std::vector<OwnedEffect> added_names(const std::vector<ActingEffect>& effects) {
     return names;
 }
 
-Model Model::without(std::size_t place) const {
-    Model smaller = *this;
-    smaller.effects.erase(smaller.effects.begin() + static_cast<std::ptrdiff_t>(place));
-    return smaller;
+std::vector<ActingEffect> without(std::vector<ActingEffect> effects, std::size_t place) {
+    effects.erase(effects.begin() + static_cast<std::ptrdiff_t>(place));
+    return effects;
 }
 
 double Model::chi_squared() const {

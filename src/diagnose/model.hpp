@@ -31,6 +31,9 @@ struct ActingEffect {
 [[nodiscard]] ActingEffect on_rig(const physics::SelectedEffect& effect, const std::string& rig,
                                   const Stems& stems);
 
+/// The chain of the first stem that has the effect, with the defaults that suit it.
+[[nodiscard]] fit::StemModel first_model_with(const ActingEffect& effect, const Stems& stems);
+
 /// Name of an effect and its rig; no rig: of stems.
 using OwnedEffect = std::pair<std::string, std::string>;
 [[nodiscard]] inline OwnedEffect owned(const ActingEffect& effect) {
@@ -41,7 +44,6 @@ using OwnedEffect = std::pair<std::string, std::string>;
 struct StemEffects {
     fit::SelectedEffects all;
     std::vector<std::string> given; ///< names of those whose presence the stem does not decide
-    std::vector<std::string> held;  ///< names of those whose numbers belong to the rig
     Sharing sharing;
 };
 
@@ -69,8 +71,6 @@ struct Model {
     [[nodiscard]] StemEffects effects_of(std::size_t stem, const Stems& stems) const;
     /// Those that are not known.
     [[nodiscard]] std::size_t added() const;
-    /// Without effect number `place`.
-    [[nodiscard]] Model without(std::size_t place) const;
 
     // Sums over the stems, and numbers of the fits themselves.
     [[nodiscard]] double chi_squared() const;
@@ -78,6 +78,10 @@ struct Model {
     [[nodiscard]] int batches() const;
     [[nodiscard]] bool moves() const;
 };
+
+/// The effects without number `place`.
+[[nodiscard]] std::vector<ActingEffect> without(std::vector<ActingEffect> effects,
+                                                std::size_t place);
 
 /// Those that are not known.
 [[nodiscard]] std::vector<OwnedEffect> added_names(const std::vector<ActingEffect>& effects);

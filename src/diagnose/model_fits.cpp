@@ -82,7 +82,7 @@ class ModelFits::Descent {
         std::vector<std::size_t> stems;
         for (const std::size_t s : fits_.stems_->fitted())
             if ((is_first_ && plan_.starts.contains(s)) ||
-                (has_shared_ && !plan_.model.effects_of(s, *fits_.stems_).held.empty()))
+                (has_shared_ && !plan_.model.effects_of(s, *fits_.stems_).sharing.rig_of.empty()))
                 stems.push_back(s);
         return stems;
     }

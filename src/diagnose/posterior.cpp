@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/posterior.hpp"
 
-#include "physics/effects/library.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <map>
@@ -116,9 +114,8 @@ class Judgement {
             if (effect.is_known)
                 continue;
             Share share{owned(effect), 0.0, readings_of(effect), {}};
-            std::vector<ActingEffect> rest = model.effects;
-            rest.erase(rest.begin() + static_cast<std::ptrdiff_t>(k));
-            if (const auto smaller = place_.find(key_of(rest)); smaller != place_.end()) {
+            if (const auto smaller = place_.find(key_of(without(model.effects, k)));
+                smaller != place_.end()) {
                 share.smaller = smaller->second;
                 share.fall = misfit(search_.visited[smaller->second]) - misfit(model);
             } else {
@@ -167,13 +164,6 @@ class Judgement {
     std::map<ModelKey, std::size_t> place_; ///< of the models that were fitted
 };
 
-physics::EffectPointer effect_of(const DiagnosisOptions& options, const std::string& name) {
-    for (const physics::SelectedEffect& candidate : options.candidates)
-        if (candidate.effect->name() == name)
-            return candidate.effect;
-    return nullptr;
-}
-
 /// Adds the probability of a model to the explanation by the same effects.
 void add(Explanation found, const std::vector<Model>& visited, std::map<Names, Explanation>& sets) {
     std::ranges::sort(found.effects);
@@ -192,10 +182,8 @@ void add(Explanation found, const std::vector<Model>& visited, std::map<Names, E
 /// Each effect with its family, in the order of families and names.
 std::vector<NamedFamily> named_families(const Names& names, const DiagnosisOptions& options) {
     std::vector<NamedFamily> named;
-    for (const auto& [name, rig] : names) {
-        const physics::EffectPointer effect = effect_of(options, name);
-        named.push_back({(effect ? effect : physics::effect_named(name))->family(), rig, {name}});
-    }
+    for (const auto& [name, rig] : names)
+        named.push_back({family_of(options, name), rig, {name}});
     std::ranges::sort(named, {}, [](const NamedFamily& each) {
         return std::tuple(each.family, each.rig, each.members.front());
     });
@@ -251,6 +239,14 @@ void add_explanations(std::map<Names, Explanation> sets, double total,
 }
 
 } // namespace
+
+physics::Family family_of(const DiagnosisOptions& options, const std::string& effect) {
+    for (const fit::SelectedEffects* effects : {&options.candidates, &options.known})
+        for (const physics::SelectedEffect& each : *effects)
+            if (each.effect->name() == effect)
+                return each.effect->family();
+    return physics::Family::Own;
+}
 
 Posterior posterior_of(const SearchResult& search) {
     const DiagnosisOptions& options = search.stems->options();

@@ -61,6 +61,9 @@ struct Posterior {
     std::vector<ImmaterialEffect> immaterial; ///< of the best model
 };
 
+/// The family of a candidate or known effect.
+[[nodiscard]] physics::Family family_of(const DiagnosisOptions& options, const std::string& effect);
+
 /// P(m) ∝ Z(m) over all visited models and the predictions of the others: steps 6 to 8 of
 /// docs/diagnosis.md.
 [[nodiscard]] Posterior posterior_of(const SearchResult& search);

@@ -30,7 +30,6 @@ constexpr int most_noise_estimates = 2;
 
 struct Prediction : UnvisitedModel {
     std::vector<std::size_t> candidates;        ///< added to the model about which it was made
-    std::string rig;                            ///< to which they were added; empty: to stems
     std::map<std::size_t, PredictedGain> gains; ///< (stems) of own effects
     double gain = 0.0;                          ///< of log evidence over that of the base
     double noise = 1.0;                         ///< mean variance by which it was computed
@@ -121,7 +120,7 @@ class Search {
         fits_.set_noise(noise_of_search(stems_, chain.model));
         add_known(chain.model);
         for (const std::size_t s : stems_.fitted())
-            chain.starts[s] = chain.model.effects_of(s, stems_).held.empty()
+            chain.starts[s] = chain.model.effects_of(s, stems_).sharing.rig_of.empty()
                                   ? StemStart{&stems_[s].chain, {}}
                                   : StemStart{};
         std::vector<PlannedModel> planned{std::move(chain)};
@@ -307,7 +306,7 @@ class Search {
             if (base().effects[k].is_known)
                 continue;
             if (base().added() > 1)
-                add(base().without(k).effects);
+                add(without(base().effects, k));
             if (!base().effects[k].is_shared() &&
                 base().effects[k].effect.effect->belongs_to() == physics::BelongsTo::Rig)
                 for (const std::string& rig : stems_.rigs())
@@ -372,11 +371,11 @@ class Search {
         });
         for (const auto& [rig, view] : about_->rigs())
             for_each_set(options_.candidates.size(), room(rig),
-                         [&](const auto& set) { return predict_on_rig(*about_, rig, base_, set); });
+                         [&](const auto& set) { return predict(*about_, rig, base_, set); });
         // Sets of own effects are predicted for one stem; several get them one by one.
         for_each_set(options_.candidates.size(),
                      stems_.is_one() ? room({}) : std::min<std::size_t>(room({}), 1),
-                     [&](const auto& set) { return predict_in_stems(*about_, base_, set); });
+                     [&](const auto& set) { return predict(*about_, {}, base_, set); });
     }
 
     /// Number of effects that may be added to a rig; empty: to stems.
@@ -389,81 +388,72 @@ class Search {
         return is_rough(base()) ? std::min<std::size_t>(room, 1) : room;
     }
 
-    /// Adds the prediction of a model; false if no model has these additions.
-    bool add_prediction(Prediction prediction, const PredictedGain& likeliest, double gain) {
-        if (!can_be_combined(prediction.effects, stems_))
-            return false;
-        prediction.log_evidence = visited_[prediction.base].log_evidence + gain;
-        prediction.gain = gain;
-        prediction.noise = mean_of(fits_.noise(), base());
-        if (!likeliest.points.empty())
-            for (std::size_t k = 0; k < prediction.candidates.size(); ++k)
-                prediction.added.push_back(
-                    {{options_.candidates[prediction.candidates[k]].effect->name(), prediction.rig},
-                     likeliest.points.front().effects[k].fall});
-        predictions_[key_of(prediction.effects)] = std::move(prediction);
-        return true;
+    /// What each unit that has its own numbers shows of a set: a rig, or every stem.
+    [[nodiscard]] std::vector<std::optional<PredictedGain>>
+    gains_of(const Linearised& about, const std::string& rig,
+             const std::vector<std::size_t>& set) const {
+        std::vector<std::optional<PredictedGain>> gains;
+        const auto add = [&](const EffectColumns& last, const auto& gain) {
+            gains.push_back(last.failure.empty() ? std::optional(gain()) : std::nullopt);
+        };
+        if (!rig.empty()) {
+            const RigView& view = about.rigs().at(rig);
+            add(view.columns[set.back()], [&] { return view.linear.gain(set); });
+        } else
+            for (const std::size_t s : stems_.fitted())
+                add(about.view(s).columns[set.back()], [&] { return about.gain_in(s, set); });
+        return gains;
     }
 
-    bool predict_on_rig(const Linearised& about, const std::string& rig, std::size_t base,
-                        const std::vector<std::size_t>& set) {
-        const RigView& view = about.rigs().at(rig);
-        if (!view.columns[set.back()].failure.empty())
-            return false;
-        const PredictedGain gain = view.linear.gain(set);
-        Prediction prediction{{visited_[base].effects, 0.0, base, {}}, set, rig, {}, 0.0, 1.0};
-        for (std::size_t k = 0; k < set.size(); ++k)
-            prediction.effects.push_back(gain.points.empty()
-                                             ? on_rig(options_.candidates[set[k]], rig, stems_)
-                                             : about.estimated(rig, set[k], k, gain));
-        return add_prediction(std::move(prediction), gain, gain.log_evidence);
-    }
-
-    bool predict_in_stems(const Linearised& about, std::size_t base,
-                          const std::vector<std::size_t>& set) {
-        const std::vector<std::size_t> fitted = stems_.fitted();
-        Prediction prediction{{visited_[base].effects, 0.0, base, {}}, set, {}, {}, 0.0, 1.0};
+    /// Predicts the model that adds the candidates to the rig or, if it is empty, to those stems
+    /// that need them; false: no model has these additions.
+    bool predict(const Linearised& about, const std::string& rig, std::size_t base,
+                 const std::vector<std::size_t>& set) {
         const double odds = static_cast<double>(set.size()) * log_prior_odds();
-        std::vector<double> gains;
-        bool is_possible = false;
-        for (const std::size_t s : fitted) {
-            const bool failed = !about.view(s).columns[set.back()].failure.empty();
-            is_possible = is_possible || !failed;
-            if (!failed)
-                prediction.gains[s] = about.gain_in(s, set);
-            gains.push_back(failed ? -std::numeric_limits<double>::infinity()
-                                   : prediction.gains[s].log_evidence - odds);
-        }
-        if (!is_possible)
+        const auto units = gains_of(about, rig, set);
+        std::vector<double> rises;
+        for (const std::optional<PredictedGain>& unit : units)
+            rises.push_back(unit ? unit->log_evidence - odds
+                                 : -std::numeric_limits<double>::infinity());
+        if (std::ranges::none_of(units, [](const auto& unit) { return unit.has_value(); }))
             return false;
-        const std::vector<double> presence = presence_of(gains);
-        std::vector<std::size_t> present;
-        double gain = odds;
-        PredictedGain sum; // of the falls
-        for (std::size_t k = 0; k < fitted.size(); ++k) {
-            if (!(presence[k] > present_from) && !(stems_.is_one()))
-                continue;
-            present.push_back(fitted[k]);
-            gain += gains[k];
-            add_falls(prediction.gains[fitted[k]], sum);
-        }
-        if (present.empty())
-            return true;
-        gain += static_cast<double>(set.size()) * log_presence(present.size(), fitted.size());
+        const std::vector<double> presence = presence_of(rises);
+        const std::vector<std::size_t> fitted = stems_.fitted();
+        Prediction out;
+        out.effects = visited_[base].effects;
+        out.base = base;
+        out.candidates = set;
+        out.gain = odds;
         for (const std::size_t c : set)
-            prediction.effects.push_back({options_.candidates[c], {}, present, {}, false});
-        return add_prediction(std::move(prediction), sum, gain);
-    }
-
-    static void add_falls(const PredictedGain& stem, PredictedGain& sum) {
-        if (stem.points.empty())
-            return;
-        if (sum.points.empty()) {
-            sum.points.push_back(stem.points.front());
-            return;
+            out.added.push_back({{options_.candidates[c].effect->name(), rig}, 0.0});
+        std::vector<std::size_t> present;
+        for (std::size_t k = 0; k < units.size(); ++k) {
+            if (!units[k] || (units.size() > 1 && !(presence[k] > present_from)))
+                continue;
+            out.gain += rises[k];
+            for (std::size_t e = 0; e < set.size() && !units[k]->points.empty(); ++e)
+                out.added[e].fall += units[k]->points.front().effects[e].fall;
+            if (rig.empty()) {
+                present.push_back(fitted[k]);
+                out.gains[fitted[k]] = *units[k];
+            }
         }
-        for (std::size_t k = 0; k < stem.points.front().effects.size(); ++k)
-            sum.points.front().effects[k].fall += stem.points.front().effects[k].fall;
+        if (rig.empty() && present.empty())
+            return true;
+        if (rig.empty())
+            out.gain +=
+                static_cast<double>(set.size()) * log_presence(present.size(), units.size());
+        for (std::size_t e = 0; e < set.size(); ++e)
+            out.effects.push_back(
+                rig.empty() ? ActingEffect{options_.candidates[set[e]], {}, present, {}, false}
+                : units.front()->points.empty() ? on_rig(options_.candidates[set[e]], rig, stems_)
+                                                : about.estimated(rig, set[e], e, *units.front()));
+        if (!can_be_combined(out.effects, stems_))
+            return false;
+        out.log_evidence = visited_[base].log_evidence + out.gain;
+        out.noise = mean_of(fits_.noise(), this->base());
+        predictions_[key_of(out.effects)] = std::move(out);
+        return true;
     }
 
     /// Predicts the models in which another effect stands in the place of one of the base's. A swap
@@ -473,8 +463,7 @@ class Search {
         for (std::size_t k = 0; k < effects.size(); ++k) {
             if (effects[k].is_known)
                 continue;
-            std::vector<ActingEffect> smaller = effects;
-            smaller.erase(smaller.begin() + static_cast<std::ptrdiff_t>(k));
+            const std::vector<ActingEffect> smaller = without(effects, k);
             const auto found = visited(smaller);
             if (found == visited_.end() || found->failed() || !found->moves() ||
                 !swapped_.insert(key_of(smaller)).second)
@@ -495,10 +484,7 @@ class Search {
         swapped.push_back({options_.candidates[candidate], rig, {}, {}, false});
         if (is_visited(swapped))
             return;
-        if (rig.empty())
-            predict_in_stems(about, base, {candidate});
-        else
-            predict_on_rig(about, rig, base, {candidate});
+        predict(about, rig, base, {candidate});
     }
 
     // --- Which predicted models are fitted
@@ -595,7 +581,7 @@ class Search {
 
 fit::Fit SearchResult::rerun(std::size_t model, std::size_t stem) const {
     fit::FitOptions options = stems->options().candidate;
-    options.held_effects = visited[model].effects_of(stem, *stems).held;
+    options.held_effects = visited[model].effects_of(stem, *stems).sharing.held();
     return fit::rerun(visited[model].stems[stem].fit, (*stems)[stem].recordings, options);
 }
 

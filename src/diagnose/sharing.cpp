@@ -9,6 +9,13 @@
 
 namespace culm::diagnose {
 
+std::vector<std::string> Sharing::held() const {
+    std::vector<std::string> effects;
+    for (const auto& [effect, rig] : rig_of)
+        effects.push_back(effect);
+    return effects;
+}
+
 std::string shared_name(const std::string& effect, const std::string& parameter,
                         const std::string& rig) {
     return to_string(physics::ParameterId{effect, parameter, {}}) + " of rig " + rig;

@@ -31,6 +31,9 @@ namespace culm::diagnose {
 struct Sharing {
     std::map<std::string, std::string> rig_of; ///< by effect, of those that belong to a rig
     std::vector<std::string> terms;            ///< ids of error terms
+
+    /// The effects of the rig, which are held in a stem's fit.
+    [[nodiscard]] std::vector<std::string> held() const;
 };
 
 /// "quadratic_drag.drag_coefficient of rig A".

@@ -18,7 +18,7 @@ StemFit finished(const fit::Fit& fit, const Stems& stems, std::size_t stem,
     StemFit out;
     const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
     if (!fit.failed()) {
-        out.evidence = evidence_of(fit, recordings, effects.given, effects.held);
+        out.evidence = evidence_of(fit, recordings, effects.given, effects.sharing.held());
         out.verdict = verdict_on(fit, recordings, stems.options().policy);
         out.block = block_of(shared_columns(fit, recordings, effects.sharing));
     }
@@ -27,7 +27,7 @@ StemFit finished(const fit::Fit& fit, const Stems& stems, std::size_t stem,
 }
 
 fit::FitOptions with_held(fit::FitOptions options, const StemEffects& effects) {
-    options.held_effects = effects.held;
+    options.held_effects = effects.sharing.held();
     return options;
 }
 

@@ -42,7 +42,13 @@ struct DiagnosisReport {
 [[nodiscard]] std::string explanation_name(const diagnose::Diagnosis& found,
                                            const std::vector<diagnose::NamedFamily>& families);
 
-/// Members of `culm diagnose --json`.
+/// The likeliest first.
+[[nodiscard]] std::vector<const diagnose::ModelProbability*>
+by_probability(const std::vector<diagnose::ModelProbability>& models);
+
+/// Members of `culm diagnose --json`. Numbers of a failed fit are null.
+[[nodiscard]] nlohmann::json
+probabilities_json(const std::vector<diagnose::ModelProbability>& models, bool is_one_stem);
 [[nodiscard]] nlohmann::json families_json(const std::vector<diagnose::NamedFamily>& families);
 [[nodiscard]] nlohmann::json
 alternatives_json(const std::vector<diagnose::FamilyExplanation>& alternatives);

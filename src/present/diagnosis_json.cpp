@@ -57,28 +57,6 @@ json baseline_json(const diagnose::Diagnosis& diagnosis) {
             {"parameters", parameters_with_units(fit.parameters)}};
 }
 
-/// Models that were fitted, the likeliest first. Numbers of a failed fit are null.
-json probabilities_json(const std::vector<diagnose::ModelProbability>& models) {
-    std::vector<const diagnose::ModelProbability*> sorted;
-    sorted.reserve(models.size());
-    for (const diagnose::ModelProbability& model : models)
-        sorted.push_back(&model);
-    std::ranges::stable_sort(sorted, std::greater{},
-                             [](const auto* model) { return model->probability; });
-    json out = json::array();
-    for (const diagnose::ModelProbability* model : sorted) {
-        json entry{{"effects", effect_names(model->effects)},
-                   {"log_evidence", number(model->log_evidence)},
-                   {"probability", number(model->probability)}};
-        if (!model->failure.empty()) {
-            entry["failure"] = model->failure;
-            entry["log_evidence"] = nullptr;
-        }
-        out.push_back(std::move(entry));
-    }
-    return out;
-}
-
 json failed_json(const std::vector<diagnose::ModelProbability>& models) {
     json out = json::array();
     for (const diagnose::ModelProbability& model : models)
@@ -186,10 +164,10 @@ json where_of(const DiagnosisReport& report, std::size_t part) {
     return where;
 }
 
-json largest_unvisited_json(const std::optional<diagnose::PredictedModel>& model) {
+json largest_unvisited_json(const std::optional<diagnose::UnvisitedModel>& model) {
     if (!model)
         return nullptr;
-    return {{"effects", effect_names(model->effects)},
+    return {{"effects", effect_names(diagnose::added_names(model->effects))},
             {"log_evidence", number(model->log_evidence)}};
 }
 
@@ -233,6 +211,30 @@ json immaterial_json(const std::vector<diagnose::ImmaterialEffect>& effects, boo
     });
 }
 
+std::vector<const diagnose::ModelProbability*>
+by_probability(const std::vector<diagnose::ModelProbability>& models) {
+    std::vector<const diagnose::ModelProbability*> sorted;
+    for (const diagnose::ModelProbability& model : models)
+        sorted.push_back(&model);
+    std::ranges::stable_sort(sorted, std::greater{},
+                             [](const auto* model) { return model->probability; });
+    return sorted;
+}
+
+json probabilities_json(const std::vector<diagnose::ModelProbability>& models, bool is_one_stem) {
+    json out = json::array();
+    for (const diagnose::ModelProbability* model : by_probability(models)) {
+        json& entry = out.emplace_back(json{{"effects", effect_names(model->effects, is_one_stem)},
+                                            {"log_evidence", number(model->log_evidence)},
+                                            {"probability", number(model->probability)}});
+        if (!model->failure.empty()) {
+            entry["failure"] = model->failure;
+            entry["log_evidence"] = nullptr;
+        }
+    }
+    return out;
+}
+
 json families_json(const std::vector<diagnose::NamedFamily>& families) {
     return array_of(families, [](const diagnose::NamedFamily& named) -> json {
         json out{{"family", physics::to_string(named.family)},
@@ -268,7 +270,7 @@ json diagnosis_json(const DiagnosisReport& report) {
         {"unexplained_share_of_swing", number(found.unexplained_share)},
         {"baseline", baseline_json(found)},
         {"parameters", parameters_with_units(report.parameters())},
-        {"models", probabilities_json(found.posterior.models)},
+        {"models", probabilities_json(found.posterior.models, true)},
         {"explanations", explanations_json(found.posterior.explanations, true)},
         {"immaterial", immaterial_json(found.posterior.immaterial, true)},
         {"largest_unvisited", largest_unvisited_json(found.largest_unvisited)},

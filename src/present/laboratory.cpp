@@ -30,24 +30,6 @@ std::string with_unit(double value, const std::string& unit) {
     return fmt::format("{:.3g}{}{}", value, unit.empty() ? "" : " ", unit);
 }
 
-/// The models that were fitted with all their effects, the likeliest first.
-std::vector<std::size_t> by_probability(const std::vector<diagnose::ModelProbability>& models) {
-    std::vector<std::size_t> places;
-    for (std::size_t k = 0; k < models.size(); ++k)
-        if (models[k].failure.empty() && std::isfinite(models[k].log_evidence))
-            places.push_back(k);
-    std::ranges::stable_sort(places, std::greater{},
-                             [&](std::size_t k) { return models[k].log_evidence; });
-    return places;
-}
-
-/// "quadratic_drag of rig A + taper of stems"; "the published chain".
-std::string model_text(const diagnose::ModelProbability& model) {
-    return model.effects.empty()
-               ? "the published chain"
-               : fmt::format("{}", fmt::join(effect_names(model.effects, false), " + "));
-}
-
 std::string header(const Laboratory& laboratory) {
     std::map<std::string, std::size_t> rigs;
     std::size_t left_out = 0;
@@ -67,33 +49,25 @@ std::string header(const Laboratory& laboratory) {
 }
 
 std::string effect_lines(const diagnose::EffectAnswer& effect) {
-    std::string text;
+    std::string line = effect_names({{effect.effect, effect.rig}}, false).front();
     if (effect.is_known)
-        text = fmt::format("  {} of rig {}, known\n", effect.effect, effect.rig);
+        line += ", known";
     else
-        text = fmt::format(
-            "  {} of rig {}, probability {:.2f}{}{}\n", effect.effect, effect.rig,
-            effect.probability,
-            effect.family_probability > effect.probability + 0.005
-                ? fmt::format(" ({} of {})", number_cell(effect.family_probability, 2),
-                              effect.family)
-                : "",
-            effect.stems_needed > 0.0
-                ? fmt::format("; about {:.0f} stems like these would decide", effect.stems_needed)
-                : "");
+        line += fmt::format(", probability {:.2f}", effect.probability);
+    if (!effect.is_known && effect.family_probability > effect.probability + 0.005)
+        line +=
+            fmt::format(" ({} of {})", number_cell(effect.family_probability, 2), effect.family);
+    if (effect.stems_needed > 0.0)
+        line += fmt::format("; about {:.0f} stems like these would decide", effect.stems_needed);
+    if (!effect.stems.empty())
+        line += fmt::format(": {}", fmt::join(effect.stems, ", "));
+    if (!effect.possible_stems.empty())
+        line += fmt::format("; possible in {}", fmt::join(effect.possible_stems, ", "));
+    std::string text = result_lines("  ", line);
     for (const diagnose::SharedValue& value : effect.values)
         text += fmt::format("    {:<38} {}  (95 %: {:.3g} to {:.3g})\n",
                             effect.effect + "." + value.name, with_unit(value.value, value.unit),
                             value.lower, value.upper);
-    return text;
-}
-
-std::string own_effect_sentence(const diagnose::EffectAnswer& effect) {
-    std::string text = fmt::format("{} of stems, probability {:.2f}{}", effect.effect,
-                                   effect.probability, effect.stems.empty() ? "" : ": ");
-    text += fmt::format("{}", fmt::join(effect.stems, ", "));
-    if (!effect.possible_stems.empty())
-        text += fmt::format("; possible in {}", fmt::join(effect.possible_stems, ", "));
     return text;
 }
 
@@ -161,11 +135,14 @@ std::string stem_table(const Laboratory& laboratory) {
                                   stem.before.over_noise, stem.after.over_noise,
                                   fmt::join(stem.own, ", "))
                     : fmt::format("{:<12} left out\n", stem.name);
-    text += "\nmodels, log evidence over the published chain\n";
-    const std::vector<diagnose::ModelProbability>& models = laboratory.posterior.models;
-    for (const std::size_t k : by_probability(models))
-        text += fmt::format("{:>10.1f}  {}\n", models[k].log_evidence - models.front().log_evidence,
-                            model_text(models[k]));
+    text += "\nmodels, log evidence over the best\n";
+    for (const diagnose::ModelProbability* model : by_probability(laboratory.posterior.models))
+        if (std::isfinite(model->log_evidence) && model->failure.empty())
+            text += fmt::format(
+                "{:>10.1f}  {}\n", model->log_evidence,
+                model->effects.empty()
+                    ? "the published chain"
+                    : fmt::format("{}", fmt::join(effect_names(model->effects, false), " + ")));
     return text;
 }
 
@@ -247,12 +224,6 @@ json rig_effects_json(std::span<const diagnose::EffectAnswer> effects) {
 json laboratory_json(const Laboratory& laboratory) {
     std::vector<std::string> sentences{diagnosis_headline(laboratory)};
     std::ranges::copy(explanation_sentences(laboratory), std::back_inserter(sentences));
-    json models = json::array();
-    const std::vector<diagnose::ModelProbability>& fitted = laboratory.posterior.models;
-    for (const std::size_t k : by_probability(fitted))
-        models.push_back(
-            {{"model", model_text(fitted[k])},
-             {"log_evidence", number(fitted[k].log_evidence - fitted.front().log_evidence)}});
     json own = json::array();
     for (const diagnose::EffectAnswer& each : laboratory.answers)
         if (each.rig.empty() && !each.is_known)
@@ -287,7 +258,7 @@ json laboratory_json(const Laboratory& laboratory) {
                                                           {"one_stem", number(limit.of_one)},
                                                           {"all_stems", number(limit.of_all)}};
                                           })},
-            {"models", std::move(models)},
+            {"models", probabilities_json(laboratory.posterior.models, false)},
             {"largest_unvisited_log_evidence",
              laboratory.largest_unvisited ? number(laboratory.largest_unvisited->log_evidence)
                                           : json()}};
@@ -299,10 +270,8 @@ std::string laboratory_text(const Laboratory& laboratory, bool with_details,
         header(laboratory) + style.headline(result_lines("", diagnosis_headline(laboratory)));
     for (const std::string& sentence : explanation_sentences(laboratory))
         text += result_lines("  ", sentence);
-    text += rig_effects_text(laboratory.answers);
     for (const diagnose::EffectAnswer& each : laboratory.answers)
-        if (each.rig.empty() && !each.is_known)
-            text += result_lines("  ", own_effect_sentence(each));
+        text += effect_lines(each);
     text += population_lines(laboratory) + remarkable_stems(laboratory) + "\n" +
             limit_sentence(laboratory);
     return with_details ? text + stem_table(laboratory) : text;

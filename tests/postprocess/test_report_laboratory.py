@@ -68,7 +68,7 @@ def laboratory(outsider="S3"):
                   {"specimen": outsider, "rig": "R", "failure": "no frame <after> the release"}],
         "detection_limits": [{"effect": "rolling_shutter", "rig": "R", "parameter": "readout_s",
                               "unit": "s", "one_stem": 5.3e-5, "all_stems": None}],
-        "models": [{"model": "the published chain", "log_evidence": 0.0}],
+        "models": [{"effects": [], "log_evidence": 0.0, "probability": 0.02}],
         "largest_unvisited_log_evidence": None, "folders": folders,
         "options": {"law": "consistent", "window_s": None, "candidates": ["taper"]},
         "provenance": {**synthetic_results.PROVENANCE, "inputs": [

@@ -62,37 +62,6 @@ double place_between(const fit::FreeParameter& parameter, double first, double s
                                     share * fit::to_coordinate(parameter.fitted_as, second));
 }
 
-void place_effect(const physics::SelectedEffect& candidate, const EffectColumns& columns,
-                  const PlacedEffect& effect, std::size_t recording, fit::StemModel& model) {
-    const EffectNode& node = columns.nodes[effect.node];
-    const EffectNode& other = columns.nodes[effect.other];
-    const std::string name = candidate.effect->name();
-    std::vector<fit::FreeParameter> own;
-    std::ranges::copy_if(model.parameters, std::back_inserter(own),
-                         [&](const auto& each) { return each.access.id.effect == name; });
-    // Between two phases the sum of the vectors is shorter than that of the lengths.
-    std::vector<double> amounts = effect.amounts;
-    for (std::size_t k = 0; k < own.size(); ++k)
-        if (own[k].is_phase)
-            for (double& amount : amounts)
-                amount *= std::abs(std::polar(1.0 - effect.share, node.values[k]) +
-                                   std::polar(effect.share, other.values[k]));
-    for (std::size_t k = 0; k < own.size(); ++k) {
-        const fit::FreeParameter& parameter = own[k];
-        double value = place_between(parameter, node.values[k], other.values[k], effect.share);
-        if (!parameter.is_place)
-            value = fit::from_coordinate(
-                parameter.fitted_as,
-                size_of(node, amounts, k, recording, prior_of(parameter, model),
-                        fit::to_coordinate(parameter.fitted_as, node.values[k])));
-        else if (parameter.fitted_as == physics::FittedAs::Inverse)
-            value /= way_to(node, amounts); // a compliance of 0 is a rigid clamp
-        if (!std::isfinite(value))          // a stiffness without compliance
-            value = parameter.upper;
-        parameter.access.set(model.spec, std::clamp(value, parameter.lower, parameter.upper));
-    }
-}
-
 /// Models at or on the way to the linear estimate with some effects.
 class EstimatedStarts {
   public:
@@ -249,6 +218,37 @@ class EstimatedStarts {
 };
 
 } // namespace
+
+void place_effect(const physics::SelectedEffect& candidate, const EffectColumns& columns,
+                  const PlacedEffect& effect, std::size_t recording, fit::StemModel& model) {
+    const EffectNode& node = columns.nodes[effect.node];
+    const EffectNode& other = columns.nodes[effect.other];
+    const std::string name = candidate.effect->name();
+    std::vector<fit::FreeParameter> own;
+    std::ranges::copy_if(model.parameters, std::back_inserter(own),
+                         [&](const auto& each) { return each.access.id.effect == name; });
+    // Between two phases the sum of the vectors is shorter than that of the lengths.
+    std::vector<double> amounts = effect.amounts;
+    for (std::size_t k = 0; k < own.size(); ++k)
+        if (own[k].is_phase)
+            for (double& amount : amounts)
+                amount *= std::abs(std::polar(1.0 - effect.share, node.values[k]) +
+                                   std::polar(effect.share, other.values[k]));
+    for (std::size_t k = 0; k < own.size(); ++k) {
+        const fit::FreeParameter& parameter = own[k];
+        double value = place_between(parameter, node.values[k], other.values[k], effect.share);
+        if (!parameter.is_place)
+            value = fit::from_coordinate(
+                parameter.fitted_as,
+                size_of(node, amounts, k, recording, prior_of(parameter, model),
+                        fit::to_coordinate(parameter.fitted_as, node.values[k])));
+        else if (parameter.fitted_as == physics::FittedAs::Inverse)
+            value /= way_to(node, amounts); // a compliance of 0 is a rigid clamp
+        if (!std::isfinite(value))          // a stiffness without compliance
+            value = parameter.upper;
+        parameter.access.set(model.spec, std::clamp(value, parameter.lower, parameter.upper));
+    }
+}
 
 std::vector<fit::StartModels> starts_to_estimate(const LinearisedStem& base,
                                                  const std::vector<std::size_t>& chosen,

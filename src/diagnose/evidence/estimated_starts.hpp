@@ -18,6 +18,11 @@ struct LinearisedStem {
     const EffectView& view; ///< of the candidates
 };
 
+/// Sets the numbers of the candidate in a model that has it. `columns`: of the candidate; of
+/// several recordings with own sizes, the model is that of number `recording`.
+void place_effect(const physics::SelectedEffect& candidate, const EffectColumns& columns,
+                  const PlacedEffect& effect, std::size_t recording, fit::StemModel& model);
+
 /// Starts of a model with the candidates `chosen`, as fit::fit_near() takes them: the linear
 /// estimate of each point of `gain`, a quarter of the way to the likeliest one, and last the model
 /// without the effects. Y and β keep the first mode of the straight way (fit::in_valley()).
