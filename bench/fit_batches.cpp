@@ -5,7 +5,7 @@
 //   bench_fit_batches MEASUREMENT...
 #include "core/lanes.hpp"
 #include "core/order_statistics.hpp"
-#include "diagnose/stem_fit.hpp"
+#include "diagnose/models/stem_fit.hpp"
 #include "fit/fit_model.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/library.hpp"

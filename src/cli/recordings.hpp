@@ -3,7 +3,7 @@
 #pragma once
 
 #include "cli/command_line.hpp"
-#include "diagnose/stems.hpp"
+#include "diagnose/models/stems.hpp"
 #include "fit/fit_model.hpp"
 #include "measure/folder/measurement.hpp"
 

@@ -2,7 +2,7 @@
 // The numbers of an answer: effects with their probability and size, stems, and their population.
 #pragma once
 
-#include "diagnose/posterior.hpp"
+#include "diagnose/search/posterior.hpp"
 
 #include <limits>
 #include <string>

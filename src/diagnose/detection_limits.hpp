@@ -2,7 +2,7 @@
 // The smallest size at which an effect would be detected in addition to the best model.
 #pragma once
 
-#include "diagnose/search.hpp"
+#include "diagnose/search/search.hpp"
 
 #include <limits>
 #include <string>

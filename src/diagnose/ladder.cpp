@@ -2,7 +2,7 @@
 #include "diagnose/ladder.hpp"
 
 #include "diagnose/evidence/log_evidence.hpp"
-#include "diagnose/stem_fit.hpp"
+#include "diagnose/models/stem_fit.hpp"
 #include "fit/fit_numbers.hpp"
 #include "residuals/swing.hpp"
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every model that differs from the answer by one effect was fitted or is predicted to be clearly
 // less likely.
-#include "diagnose/search.hpp"
+#include "diagnose/search/search.hpp"
 #include "diagnosis_records.hpp"
 #include "fit/chain/stem_model.hpp"
 

@@ -3,7 +3,7 @@
 #include "diagnose/experiment/next_experiment.hpp"
 
 #include "beam_generator/recording.hpp"
-#include "diagnose/stem_fit.hpp"
+#include "diagnose/models/stem_fit.hpp"
 #include "diagnosis_records.hpp"
 
 #include <cmath>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "beam_generator/recording.hpp"
 #include "diagnose/diagnosis.hpp"
-#include "diagnose/stem_fit.hpp"
+#include "diagnose/models/stem_fit.hpp"
 #include "fit/fit_model.hpp"
 #include "physics/effects/library.hpp"
 #include "support/parameter_ids.hpp"

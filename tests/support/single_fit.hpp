@@ -2,7 +2,7 @@
 // Fits to one recording.
 #pragma once
 
-#include "diagnose/stem_fit.hpp"
+#include "diagnose/models/stem_fit.hpp"
 #include "fit/fit_model.hpp"
 
 #include <span>

@@ -14,7 +14,7 @@
 #include "diagnose/evidence/effect_columns.hpp"
 #include "diagnose/evidence/linear_evidence.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
-#include "diagnose/sharing.hpp"
+#include "diagnose/models/sharing.hpp"
 
 #include <span>
 #include <string>

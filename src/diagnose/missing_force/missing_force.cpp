@@ -2,7 +2,7 @@
 #include "diagnose/missing_force/missing_force.hpp"
 
 #include "core/error.hpp"
-#include "diagnose/stem_fit.hpp"
+#include "diagnose/models/stem_fit.hpp"
 #include "fit/solve/error_solution.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "physics/effects/user_effect.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/linearised.hpp"
+#include "diagnose/search/linearised.hpp"
 
 #include "diagnose/evidence/estimated_starts.hpp"
 #include "fit/linear/scaled_solve.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/model_fits.hpp"
+#include "diagnose/models/model_fits.hpp"
 
 #include "fit/linear/scaled_solve.hpp"
 

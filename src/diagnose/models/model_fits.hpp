@@ -2,7 +2,7 @@
 // Fits models to all stems and computes their log evidence.
 #pragma once
 
-#include "diagnose/stem_fit.hpp"
+#include "diagnose/models/stem_fit.hpp"
 
 #include <limits>
 #include <map>

@@ -4,8 +4,8 @@
 
 #include "diagnose/adequacy.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
-#include "diagnose/sharing.hpp"
-#include "diagnose/stems.hpp"
+#include "diagnose/models/sharing.hpp"
+#include "diagnose/models/stems.hpp"
 
 #include <limits>
 #include <string>

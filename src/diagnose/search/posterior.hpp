@@ -2,7 +2,7 @@
 // Probabilities of the models of a search, and of the effects and families in them.
 #pragma once
 
-#include "diagnose/search.hpp"
+#include "diagnose/search/search.hpp"
 #include "physics/effects/effect.hpp"
 
 #include <string>

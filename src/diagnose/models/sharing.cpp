@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/sharing.hpp"
+#include "diagnose/models/sharing.hpp"
 
 #include "fit/linear/layout.hpp"
 #include "fit/linear/scaled_solve.hpp"

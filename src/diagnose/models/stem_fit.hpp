@@ -3,7 +3,7 @@
 #pragma once
 
 #include "diagnose/evidence/effect_view.hpp"
-#include "diagnose/model.hpp"
+#include "diagnose/models/model.hpp"
 
 #include <functional>
 #include <span>

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "diagnose/evidence/linear_evidence.hpp"
-#include "diagnose/model_fits.hpp"
+#include "diagnose/models/model_fits.hpp"
 
 #include <map>
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/model.hpp"
+#include "diagnose/models/model.hpp"
 
 #include "core/error.hpp"
 #include "physics/effects/library.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/stems.hpp"
+#include "diagnose/models/stems.hpp"
 
 #include "core/error.hpp"
 

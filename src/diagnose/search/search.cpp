@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/search.hpp"
+#include "diagnose/search/search.hpp"
 
 #include "core/error.hpp"
 #include "diagnose/adequacy.hpp"
 #include "diagnose/evidence/estimated_starts.hpp"
+#include "diagnose/search/neighbours.hpp"
+#include "diagnose/search/prediction.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -27,13 +29,6 @@ constexpr double rough_within = 0.4; ///< across one above Policy::rough_misfit
 /// The search ends after this number of models; the rest is recorded.
 constexpr std::size_t most_visited = 40;
 constexpr int most_noise_estimates = 2;
-
-struct Prediction : UnvisitedModel {
-    std::vector<std::size_t> candidates;        ///< added to the model about which it was made
-    std::map<std::size_t, PredictedGain> gains; ///< (stems) of own effects
-    double gain = 0.0;                          ///< of log evidence over that of the base
-    double noise = 1.0;                         ///< mean variance by which it was computed
-};
 
 /// The likeliest model with one added effect, of `within` unless that is null.
 std::optional<std::size_t> likeliest_single(const std::vector<Model>& visited,
@@ -70,19 +65,6 @@ double mean_of(const std::vector<NoiseScale>& noise, const Model& model) {
     for (std::size_t s = 0; s < noise.size(); ++s)
         sum += noise[s].mean_known() * static_cast<double>(model.stems[s].fit.readings);
     return sum / std::max(1.0, model.readings());
-}
-
-/// Does the size of an effect permit that it is absent from the recording? An effect acts in at
-/// least one recording.
-bool may_be_absent(const fit::Fit& fit, const physics::SelectedEffect& effect,
-                   const std::string& recording) {
-    return fit::belongs_to_recording({effect.effect->name(), {}, {}}) &&
-           effect.absent_from.size() + 1 < fit.misfits.size() &&
-           std::ranges::any_of(fit.parameters, [&](const fit::FittedParameter& parameter) {
-               return parameter.id.effect == effect.effect->name() &&
-                      parameter.id.recording == recording && !parameter.is_place &&
-                      (is_absent(parameter) || parameter.is_at_bound);
-           });
 }
 
 class Search {
@@ -289,72 +271,13 @@ class Search {
         });
     }
 
-    // --- Models that differ from the base by one effect
-
-    /// Models with one effect less, with an effect that is absent from a recording, or with an
-    /// effect of stems that a rig has instead.
+    /// Those that differ from the base by one effect and were not fitted.
     [[nodiscard]] std::vector<PlannedModel> neighbours() {
         std::vector<PlannedModel> planned;
-        const auto add = [&](const std::vector<ActingEffect>& effects) {
-            if (!is_visited(effects) &&
-                std::ranges::none_of(planned, [&](const PlannedModel& each) {
-                    return key_of(each.model.effects) == key_of(effects);
-                }))
+        for (const std::vector<ActingEffect>& effects : neighbours_of(base(), stems_))
+            if (!is_visited(effects))
                 planned.push_back(plan_for(effects));
-        };
-        for (std::size_t k = 0; k < base().effects.size(); ++k) {
-            if (base().effects[k].is_known)
-                continue;
-            if (base().added() > 1)
-                add(without(base().effects, k));
-            if (!base().effects[k].is_shared() &&
-                base().effects[k].effect.effect->belongs_to() == physics::BelongsTo::Rig)
-                for (const std::string& rig : stems_.rigs())
-                    add(shared_instead(k, rig));
-            for (const auto& [place, recording] : absences(k)) {
-                std::vector<ActingEffect> effects = base().effects;
-                std::vector<std::string>& absent = effects[k].effect.absent_from;
-                absent.push_back(recording);
-                std::ranges::sort(absent);
-                add(effects);
-            }
-        }
         return planned;
-    }
-
-    /// The base's effects with number `k`, which stems have, shared by the rig; the numbers are the
-    /// means of the stems'.
-    [[nodiscard]] std::vector<ActingEffect> shared_instead(std::size_t k,
-                                                           const std::string& rig) const {
-        std::vector<ActingEffect> effects = base().effects;
-        const std::vector<std::size_t> stems = effects[k].stems;
-        effects[k] = on_rig(effects[k].effect, rig, stems_);
-        const std::vector<physics::EffectParameter> cards = effects[k].effect.effect->parameters();
-        for (std::size_t c = 0; c < cards.size(); ++c) {
-            double sum = 0.0;
-            double count = 0.0;
-            for (const std::size_t s : stems)
-                for (const fit::FittedParameter& each : base().stems[s].fit.parameters)
-                    if (each.id.effect == effects[k].name() && each.id.name == cards[c].name) {
-                        sum += fit::to_coordinate(each.fitted_as, each.value);
-                        count += 1.0;
-                    }
-            if (count > 0.0)
-                effects[k].values[c] = fit::from_coordinate(cards[c].fitted_as, sum / count);
-        }
-        return effects;
-    }
-
-    /// Stems and recordings from which effect number `k` of the base may be absent.
-    [[nodiscard]] std::vector<std::pair<std::size_t, std::string>> absences(std::size_t k) const {
-        std::vector<std::pair<std::size_t, std::string>> out;
-        const ActingEffect& effect = base().effects[k];
-        for (const std::size_t s : effect.stems)
-            for (const measure::Measurement& recording : stems_.specimen(s).recordings)
-                if (!effect.is_shared() &&
-                    may_be_absent(base().stems[s].fit, effect.effect, recording.stem.id))
-                    out.emplace_back(s, recording.stem.id);
-        return out;
     }
 
     // --- Predictions
@@ -388,71 +311,16 @@ class Search {
         return is_rough(base()) ? std::min<std::size_t>(room, 1) : room;
     }
 
-    /// What each unit that has its own numbers shows of a set: a rig, or every stem.
-    [[nodiscard]] std::vector<std::optional<PredictedGain>>
-    gains_of(const Linearised& about, const std::string& rig,
-             const std::vector<std::size_t>& set) const {
-        std::vector<std::optional<PredictedGain>> gains;
-        const auto add = [&](const EffectColumns& last, const auto& gain) {
-            gains.push_back(last.failure.empty() ? std::optional(gain()) : std::nullopt);
-        };
-        if (!rig.empty()) {
-            const RigView& view = about.rigs().at(rig);
-            add(view.columns[set.back()], [&] { return view.linear.gain(set); });
-        } else
-            for (const std::size_t s : stems_.fitted())
-                add(about.view(s).columns[set.back()], [&] { return about.gain_in(s, set); });
-        return gains;
-    }
-
-    /// Predicts the model that adds the candidates to the rig or, if it is empty, to those stems
-    /// that need them; false: no model has these additions.
+    /// False: no model has these additions.
     bool predict(const Linearised& about, const std::string& rig, std::size_t base,
                  const std::vector<std::size_t>& set) {
-        const double odds = static_cast<double>(set.size()) * log_prior_odds();
-        const auto units = gains_of(about, rig, set);
-        std::vector<double> rises;
-        for (const std::optional<PredictedGain>& unit : units)
-            rises.push_back(unit ? unit->log_evidence - odds
-                                 : -std::numeric_limits<double>::infinity());
-        if (std::ranges::none_of(units, [](const auto& unit) { return unit.has_value(); }))
+        std::optional<Prediction> found = predicted(stems_, about, visited_[base], rig, set);
+        if (!found)
             return false;
-        const std::vector<double> presence = presence_of(rises);
-        const std::vector<std::size_t> fitted = stems_.fitted();
-        Prediction out;
-        out.effects = visited_[base].effects;
-        out.base = base;
-        out.candidates = set;
-        out.gain = odds;
-        for (const std::size_t c : set)
-            out.added.push_back({{options_.candidates[c].effect->name(), rig}, 0.0});
-        std::vector<std::size_t> present;
-        for (std::size_t k = 0; k < units.size(); ++k) {
-            if (!units[k] || (units.size() > 1 && !(presence[k] > present_from)))
-                continue;
-            out.gain += rises[k];
-            for (std::size_t e = 0; e < set.size() && !units[k]->points.empty(); ++e)
-                out.added[e].fall += units[k]->points.front().effects[e].fall;
-            if (rig.empty()) {
-                present.push_back(fitted[k]);
-                out.gains[fitted[k]] = *units[k];
-            }
-        }
-        if (rig.empty() && present.empty())
-            return true;
-        if (rig.empty())
-            out.gain +=
-                static_cast<double>(set.size()) * log_presence(present.size(), units.size());
-        for (std::size_t e = 0; e < set.size(); ++e)
-            out.effects.push_back(
-                rig.empty() ? ActingEffect{options_.candidates[set[e]], {}, present, {}, false}
-                : units.front()->points.empty() ? on_rig(options_.candidates[set[e]], rig, stems_)
-                                                : about.estimated(rig, set[e], e, *units.front()));
-        if (!can_be_combined(out.effects, stems_))
-            return false;
-        out.log_evidence = visited_[base].log_evidence + out.gain;
-        out.noise = mean_of(fits_.noise(), this->base());
-        predictions_[key_of(out.effects)] = std::move(out);
+        found->base = base;
+        found->noise = mean_of(fits_.noise(), this->base());
+        if (std::isfinite(found->gain))
+            predictions_[key_of(found->effects)] = *std::move(found);
         return true;
     }
 

@@ -3,8 +3,7 @@
 // for the few that matter.
 #pragma once
 
-#include "diagnose/linearised.hpp"
-#include "diagnose/model_fits.hpp"
+#include "diagnose/search/prediction.hpp"
 
 #include <memory>
 #include <optional>
@@ -16,20 +15,6 @@ namespace culm::diagnose {
 
 /// Do more than half of the stems leave more of the misfit of `first` than an answer may?
 [[nodiscard]] bool most_leave_too_much(const Stems& stems, const Model& model, const Model& first);
-
-/// An effect that a prediction adds to a fitted model.
-struct AddedEffect {
-    OwnedEffect name;
-    double fall = 0.0; ///< of χ² by it alone
-};
-
-/// A model whose log evidence was only predicted.
-struct UnvisitedModel {
-    std::vector<ActingEffect> effects;
-    double log_evidence = 0.0;
-    std::size_t base = 0; ///< the visited model about which it was predicted
-    std::vector<AddedEffect> added;
-};
 
 struct SearchResult {
     std::shared_ptr<const Stems> stems;

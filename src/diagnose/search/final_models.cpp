@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The models that compete for the answer, with the number of spheres that the user stated.
-#include "diagnose/posterior.hpp"
+#include "diagnose/search/posterior.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/stem_fit.hpp"
+#include "diagnose/models/stem_fit.hpp"
 
 #include "core/error.hpp"
 #include "diagnose/adequacy.hpp"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/posterior.hpp"
+#include "diagnose/search/posterior.hpp"
 
 #include <algorithm>
 #include <cmath>

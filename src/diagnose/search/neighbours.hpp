@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The models beside a fitted one that need no prediction.
+#pragma once
+
+#include "diagnose/models/model.hpp"
+
+#include <vector>
+
+namespace culm::diagnose {
+
+/// The effects of the models with one effect less, with an effect that is absent from one recording
+/// (a mass at its tip need not act in all), or with an effect of stems that a rig has instead.
+[[nodiscard]] std::vector<std::vector<ActingEffect>> neighbours_of(const Model& model,
+                                                                   const Stems& stems);
+
+} // namespace culm::diagnose
