@@ -20,14 +20,20 @@ bool ActingEffect::acts_in(std::size_t stem) const {
 ActingEffect on_rig(const physics::SelectedEffect& effect, const std::string& rig,
                     const Stems& stems) {
     ActingEffect out{effect, rig, stems.on_rig(rig), {}, false};
-    out.values = first_model_with(out, stems).spec.effects.back().values;
+    out.values = stem_with(out, out.stems.front(), stems).spec.effects.back().values;
     return out;
 }
 
-fit::StemModel first_model_with(const ActingEffect& effect, const Stems& stems) {
-    const measure::Measurement& recording = stems.specimen(effect.stems.front()).recordings.front();
+fit::StemModel stem_with(const ActingEffect& effect, std::size_t stem, const Stems& stems) {
+    const measure::Measurement& recording = stems.specimen(stem).recordings.front();
     fit::StemModel model;
     model.spec = fit::chain_of(recording, stems.options().candidate.chain).spec;
+    for (const fit::FittedParameter& each : stems[stem].chain.parameters)
+        if (each.id == physics::bond_youngs_modulus)
+            model.spec.stem.bond_youngs_modulus = each.value;
+        else if (each.id == physics::bond_damping)
+            model.spec.stem.bond_damping = each.value;
+    model.spec.duration = recording.times.back();
     return fit::with_effect(std::move(model), effect.effect, recording);
 }
 

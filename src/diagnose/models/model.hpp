@@ -31,8 +31,9 @@ struct ActingEffect {
 [[nodiscard]] ActingEffect on_rig(const physics::SelectedEffect& effect, const std::string& rig,
                                   const Stems& stems);
 
-/// The chain of the first stem that has the effect, with the defaults that suit it.
-[[nodiscard]] fit::StemModel first_model_with(const ActingEffect& effect, const Stems& stems);
+/// The fitted chain of a stem with the effect and the defaults that suit the stem.
+[[nodiscard]] fit::StemModel stem_with(const ActingEffect& effect, std::size_t stem,
+                                       const Stems& stems);
 
 /// Name of an effect and its rig; no rig: of stems.
 using OwnedEffect = std::pair<std::string, std::string>;

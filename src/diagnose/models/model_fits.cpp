@@ -21,17 +21,6 @@ constexpr double far_step = 1.0; ///< likewise: the minimum is not known
 /// A size ended absent within this part of its prior's deviation.
 constexpr double absent_within = 1e-6;
 
-/// The prior of a shared number that suits one stem, and the number's bounds; coordinates.
-struct StemPrior {
-    ParameterPrior prior;
-    double lower = 0.0;
-    double upper = 0.0;
-};
-template <class Wire>
-void fields(Wire& wire, StemPrior& stem) {
-    wire(stem.prior, stem.lower, stem.upper);
-}
-
 /// Squared Newton step of the effects' parameters, in standard deviations.
 double step_size(const Model& model) {
     double largest = 0.0;
@@ -356,30 +345,24 @@ void ModelFits::add_priors(const Model& model) {
 }
 
 void ModelFits::add_prior(const ActingEffect& effect, std::size_t k, const std::string& name) {
-    const std::vector<StemPrior> found =
-        stems_->map(effect.stems, [&](std::size_t item, const fit::FitOptions& options) {
-            const ObservedStem& stem = (*stems_)[effect.stems[item]];
-            const fit::StemModel model =
-                candidate_model(fit::models_of(stem.chain, stem.recordings, options).front(),
-                                {effect.effect}, stem.recordings.front());
-            const fit::FreeParameter parameter =
-                fit::effect_parameter(*effect.effect.effect, model.spec.stem, k);
-            const auto [lower, upper] =
-                std::minmax({fit::to_coordinate(parameter.fitted_as, parameter.lower),
-                             fit::to_coordinate(parameter.fitted_as, parameter.upper)});
-            return StemPrior{prior_of(parameter, model), lower, upper};
-        });
-    ParameterPrior mean = found.front().prior;
+    ParameterPrior mean;
     SharedPrior prior;
+    prior.precision = 0.0; // a fit has no priors of sizes
     double deviation = 0.0;
-    for (const StemPrior& each : found) {
-        deviation += each.prior.deviation;
-        prior.lower = std::max(prior.lower, each.lower);
-        prior.upper = std::min(prior.upper, each.upper);
+    for (const std::size_t s : effect.stems) {
+        const fit::StemModel model = stem_with(effect, s, *stems_);
+        const fit::FreeParameter parameter =
+            fit::effect_parameter(*effect.effect.effect, model.spec.stem, k);
+        const auto [lower, upper] =
+            std::minmax({fit::to_coordinate(parameter.fitted_as, parameter.lower),
+                         fit::to_coordinate(parameter.fitted_as, parameter.upper)});
+        prior.lower = std::max(prior.lower, lower);
+        prior.upper = std::min(prior.upper, upper);
+        mean = prior_of(parameter, model);
+        deviation += mean.deviation;
     }
-    mean.deviation = deviation / static_cast<double>(found.size());
+    mean.deviation = deviation / static_cast<double>(effect.stems.size());
     prior.mean = mean.is_place ? 0.5 * (prior.lower + prior.upper) : mean.absent;
-    prior.precision = 0.0;                   // a fit has no priors of sizes
     if (mean.is_one_sided && !mean.is_place) // absent is a bound, also of an inverse
         (mean.deviation > 0.0 ? prior.lower : prior.upper) = mean.absent;
     parameter_priors_[name] = mean;

@@ -21,29 +21,12 @@ bool has_same_columns(const EffectColumns& one, const EffectColumns& other) {
     });
 }
 
-/// Structure of the first stem that shows the candidate, with the stems' means of the values at its
-/// points and of the usual sizes.
-EffectColumns average(std::size_t candidate, const std::vector<const EffectView*>& views) {
-    EffectColumns common{"no stem shows it", {}, 0};
-    double count = 0.0;
-    for (const EffectView* view : views) {
-        const EffectColumns& mine = view->columns[candidate];
-        if (!mine.failure.empty() || (count > 0.0 && !has_same_columns(common, mine)))
-            continue;
-        if (++count == 1.0) {
-            common = mine;
-            continue;
-        }
-        // Running means.
-        const auto add = [&](double& mean, double value) { mean += (value - mean) / count; };
-        for (std::size_t n = 0; n < common.nodes.size(); ++n) {
-            for (std::size_t k = 0; k < common.nodes[n].values.size(); ++k)
-                add(common.nodes[n].values[k], mine.nodes[n].values[k]);
-            for (std::size_t k = 0; k < common.nodes[n].columns.size(); ++k)
-                add(common.nodes[n].columns[k].deviation, mine.nodes[n].columns[k].deviation);
-        }
-    }
-    return common;
+/// As the first stem that shows the candidate; the sizes of the others are converted to its units.
+EffectColumns first_columns(std::size_t candidate, const std::vector<const EffectView*>& views) {
+    const auto found = std::ranges::find_if(
+        views, [&](const EffectView* view) { return view->columns[candidate].failure.empty(); });
+    return found == views.end() ? EffectColumns{"no stem shows it", {}, 0}
+                                : (*found)->columns[candidate];
 }
 
 /// Gram matrix and overlap of columns, the shared ones last.
@@ -193,7 +176,7 @@ RigView Linearised::view_of_rig(const std::string& rig, const Model& base,
     Eigen::Index columns = 0;
     for (std::size_t c = 0; c < candidates.size(); ++c) {
         out.columns.push_back(candidates[c].effect->belongs_to() == physics::BelongsTo::Rig
-                                  ? average(c, views)
+                                  ? first_columns(c, views)
                                   : EffectColumns{"it is of the stem", {}, 0});
         columns += out.columns.back().column_count();
     }
@@ -214,7 +197,7 @@ ActingEffect Linearised::estimated(const std::string& rig, std::size_t candidate
                                    const PredictedGain& gain) const {
     const physics::SelectedEffect& effect = stems_->options().candidates[candidate];
     ActingEffect out = on_rig(effect, rig, *stems_);
-    fit::StemModel model = first_model_with(out, *stems_);
+    fit::StemModel model = stem_with(out, out.stems.front(), *stems_);
     place_effect(effect, rigs_.at(rig).columns[candidate], gain.points.front().effects[place], 0,
                  model);
     out.values = model.spec.effects.back().values;

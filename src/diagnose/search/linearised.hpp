@@ -13,8 +13,8 @@
 
 namespace culm::diagnose {
 
-/// The candidates of a rig, summed over its stems. Sizes are in common units, the means of the
-/// stems' usual sizes.
+/// The candidates of a rig, summed over its stems. Sizes are in units of the first stem that shows
+/// the candidate.
 struct RigView {
     std::vector<EffectColumns> columns; ///< (candidates) without readings
     LinearEvidence linear;

@@ -64,11 +64,11 @@ class Judgement {
     [[nodiscard]] Names material(const UnvisitedModel& model) const {
         Names names = material(model.base);
         std::vector<Share> shares = shares_of(model.base);
-        for (const AddedEffect& added : model.added) {
-            const auto effect = std::ranges::find(model.effects, added.name, owned);
-            shares.push_back({added.name, added.fall, readings_of(*effect), {}});
+        for (const auto& [name, fall] : model.added) {
+            const auto effect = std::ranges::find(model.effects, name, owned);
+            shares.push_back({name, fall, readings_of(*effect), {}});
             if (is_material(shares.back(), shares))
-                names.push_back(added.name);
+                names.push_back(name);
             else
                 shares.pop_back();
         }

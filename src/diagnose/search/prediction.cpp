@@ -46,14 +46,14 @@ std::optional<Prediction> predicted(const Stems& stems, const Linearised& about,
     out.candidates = set;
     out.gain = odds;
     for (const std::size_t c : set)
-        out.added.push_back({{candidates[c].effect->name(), rig}, 0.0});
+        out.added.emplace_back(OwnedEffect(candidates[c].effect->name(), rig), 0.0);
     std::vector<std::size_t> present;
     for (std::size_t k = 0; k < units.size(); ++k) {
         if (!(presence[k] > present_from))
             continue;
         out.gain += rises[k];
         for (std::size_t e = 0; e < set.size(); ++e)
-            out.added[e].fall += units[k]->points.front().effects[e].fall;
+            out.added[e].second += units[k]->points.front().effects[e].fall;
         if (rig.empty()) {
             present.push_back(fitted[k]);
             out.gains[fitted[k]] = *units[k];

@@ -7,22 +7,17 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace culm::diagnose {
-
-/// An effect that a prediction adds to a fitted model.
-struct AddedEffect {
-    OwnedEffect name;
-    double fall = 0.0; ///< of χ² by it alone
-};
 
 /// A model whose log evidence was only predicted.
 struct UnvisitedModel {
     std::vector<ActingEffect> effects;
     double log_evidence = 0.0;
     std::size_t base = 0; ///< the visited model about which it was predicted
-    std::vector<AddedEffect> added;
+    std::vector<std::pair<OwnedEffect, double>> added; ///< and the fall of χ² by each alone
 };
 
 struct Prediction : UnvisitedModel {
