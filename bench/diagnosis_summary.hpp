@@ -24,7 +24,7 @@ namespace culm::bench {
             {"reason", found.reason},
             {"baseline_reduced_chi2", found.baseline.reduced_chi_squared},
             {"final_reduced_chi2", found.final_fit.reduced_chi_squared},
-            {"tests", found.ladder.front().tests},
+            {"tests", found.ladder.front().verdict.reason},
             {"noise", found.baseline.parts.front().noise_source},
             {"noise_mm", 1e3 * found.baseline.parts.front().noise.front()}};
 }

@@ -63,13 +63,9 @@ void add_alternatives(const SearchResult& search, Diagnosis& out) {
 }
 
 void add_model(const SearchResult& search, std::size_t model, Diagnosis& out) {
-    SearchedModel& added = out.ladder.emplace_back();
-    added.fit = search.rerun(model, 0);
-    const SetVerdict& verdict = search.visited[model].stems[0].verdict;
-    added.finding = verdict.finding;
-    added.p_value = verdict.p_value;
-    added.tests = verdict.reason;
-    added.log_evidence = search.visited[model].log_evidence - search.visited.front().log_evidence;
+    out.ladder.push_back(
+        {search.rerun(model, 0), search.visited[model].stems[0].verdict,
+         search.visited[model].log_evidence - search.visited.front().log_evidence});
 }
 
 /// Steps from the published chain to the answer, via the best model with one of its effects.
@@ -202,16 +198,6 @@ int spheres_of_search(std::span<const Specimen> specimens, const DiagnosisOption
         }));
 }
 
-bool has_spheres(std::span<const Specimen> specimens, const DiagnosisOptions& options,
-                 int spheres) {
-    return std::ranges::all_of(specimens, [&](const Specimen& specimen) {
-        return std::ranges::all_of(specimen.recordings, [&](const auto& recording) {
-            return fit::chain_of(recording, options.candidate.chain).spec.stem.sphere_count <=
-                   spheres;
-        });
-    });
-}
-
 /// What is told of one stem alone.
 void add_details(const SearchResult& search, Diagnosis& out) {
     const DiagnosisOptions& options = search.stems->options();
@@ -226,7 +212,8 @@ void add_details(const SearchResult& search, Diagnosis& out) {
             // A rival that cannot be computed again leaves the answer without a proposal.
         }
     }
-    if (out.conclusion == Conclusion::Unknown && out.ladder.back().finding == Finding::Inadequate) {
+    if (out.conclusion == Conclusion::Unknown &&
+        out.ladder.back().verdict.finding == Finding::Inadequate) {
         options.report("reconstructing the missing force");
         // A partial explanation may be the wrong effect, so the force replaces all effects.
         out.missing_force = reconstruct_missing_force(search.rerun(0, 0), options.known,
@@ -280,10 +267,11 @@ Diagnosis diagnose(std::span<const Specimen> specimens, DiagnosisOptions options
         if (specimens.size() == 1)
             refuse_without_motion(recording, options.candidate.window);
     DiagnosisOptions coarse = options;
-    const int spheres = spheres_of_search(specimens, options);
-    const bool is_coarse = !has_spheres(specimens, options, spheres);
-    if (is_coarse)
-        coarse.candidate.chain.spheres = spheres;
+    coarse.candidate.chain.spheres = spheres_of_search(specimens, options);
+    const bool is_coarse = std::ranges::any_of(recordings, [&](const auto& recording) {
+        return fit::chain_of(recording, options.candidate.chain).spec.stem.sphere_count !=
+               coarse.candidate.chain.spheres;
+    });
     const SearchResult search = search_models(specimens, coarse);
     const auto answer_of = [&](const SearchResult& models, const SearchResult& about) {
         Diagnosis out = decide(models);

@@ -29,9 +29,7 @@ enum class Conclusion {
 /// A model on the way from the published chain to the answer.
 struct SearchedModel {
     fit::Fit fit;
-    Finding finding = Finding::Undecided;
-    double p_value = 1.0;      ///< smallest adjusted one of the tests for lack of fit
-    std::string tests;         ///< which of them fail
+    SetVerdict verdict;
     double log_evidence = 0.0; ///< over that of the published chain
 };
 

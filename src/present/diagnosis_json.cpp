@@ -52,8 +52,8 @@ json baseline_json(const diagnose::Diagnosis& diagnosis) {
     const fit::Fit& fit = diagnosis.baseline;
     return {{"rmse_mm", number(1e3 * fit.rmse)},
             {"reduced_chi2", number(fit.reduced_chi_squared)},
-            {"adequate", !diagnosis.ladder.empty() &&
-                             diagnosis.ladder.front().finding == diagnose::Finding::Adequate},
+            {"adequate", !diagnosis.ladder.empty() && diagnosis.ladder.front().verdict.finding ==
+                                                          diagnose::Finding::Adequate},
             {"parameters", parameters_with_units(fit.parameters)}};
 }
 
@@ -72,10 +72,10 @@ json models_json(const std::vector<diagnose::SearchedModel>& ladder) {
                    {"rmse_mm", number(1e3 * model.fit.rmse)},
                    {"reduced_chi2", number(model.fit.reduced_chi_squared)},
                    {"contradicted_inputs", contradictions_json(model.fit.pulls)},
-                   {"finding", diagnose::to_string(model.finding)},
-                   {"finding_text", finding_text(model.finding)},
-                   {"p_value", number(model.p_value)},
-                   {"tests", model.tests},
+                   {"finding", diagnose::to_string(model.verdict.finding)},
+                   {"finding_text", finding_text(model.verdict.finding)},
+                   {"p_value", number(model.verdict.p_value)},
+                   {"tests", model.verdict.reason},
                    {"parameters", parameters_with_units(model.fit.parameters)}};
         if (!out.empty())
             entry["log_evidence"] = number(model.log_evidence);

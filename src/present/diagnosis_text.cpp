@@ -89,7 +89,7 @@ std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
 }
 
 std::vector<std::string> sentences_on_unknown(const diagnose::Diagnosis& found) {
-    if (found.ladder.back().finding == diagnose::Finding::Undecided)
+    if (found.ladder.back().verdict.finding == diagnose::Finding::Undecided)
         return {};
     if (!found.missing_force || found.missing_force->form.empty())
         return {"No simple force law of position and velocity explains it either."};
@@ -176,7 +176,7 @@ std::string model_lines(const std::vector<diagnose::SearchedModel>& ladder,
             number_cell(unit.factor * model.fit.rmse, 4), number_cell(over_noise(model.fit), 2),
             number_cell(model.fit.reduced_chi_squared, 3),
             &model == &ladder.front() ? std::string() : fmt::format("{:+.0f}", model.log_evidence),
-            finding_text(model.finding, style));
+            finding_text(model.verdict.finding, style));
     return text + "* with the inputs free within their uncertainties; all else with every input as "
                   "stated\n";
 }

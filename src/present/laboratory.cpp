@@ -203,6 +203,19 @@ json effect_json(const diagnose::EffectAnswer& effect) {
              })}};
 }
 
+json stem_effects_json(const std::vector<diagnose::EffectAnswer>& effects) {
+    json out = json::array();
+    for (const diagnose::EffectAnswer& each : effects)
+        if (each.rig.empty() && !each.is_known)
+            out.push_back({{"effect", each.effect},
+                           {"probability", number(each.probability)},
+                           {"family", each.family},
+                           {"family_probability", number(each.family_probability)},
+                           {"specimens", each.stems},
+                           {"possible_specimens", each.possible_stems}});
+    return out;
+}
+
 } // namespace
 
 std::string rig_effects_text(std::span<const diagnose::EffectAnswer> effects) {
@@ -224,15 +237,6 @@ json rig_effects_json(std::span<const diagnose::EffectAnswer> effects) {
 json laboratory_json(const Laboratory& laboratory) {
     std::vector<std::string> sentences{diagnosis_headline(laboratory)};
     std::ranges::copy(explanation_sentences(laboratory), std::back_inserter(sentences));
-    json own = json::array();
-    for (const diagnose::EffectAnswer& each : laboratory.answers)
-        if (each.rig.empty() && !each.is_known)
-            own.push_back({{"effect", each.effect},
-                           {"probability", number(each.probability)},
-                           {"family", each.family},
-                           {"family_probability", number(each.family_probability)},
-                           {"specimens", each.stems},
-                           {"possible_specimens", each.possible_stems}});
     return {{"format", "culm-laboratory"},
             {"version", 1},
             {"conclusion", std::string(to_string(laboratory.conclusion))},
@@ -244,7 +248,7 @@ json laboratory_json(const Laboratory& laboratory) {
             {"explanations", explanations_json(laboratory.posterior.explanations, false)},
             {"immaterial", immaterial_json(laboratory.posterior.immaterial, false)},
             {"rig_effects", rig_effects_json(laboratory.answers)},
-            {"stem_effects", std::move(own)},
+            {"stem_effects", stem_effects_json(laboratory.answers)},
             {"population",
              {{"before", population_json(laboratory.before)},
               {"after", population_json(laboratory.after)}}},

@@ -66,7 +66,7 @@ std::string diagnosis_headline(const Diagnosis& found) {
     case Conclusion::Unknown:
         if (!is_one)
             return fmt::format("UNKNOWN: {}.", found.reason);
-        return found.ladder.front().finding == diagnose::Finding::Undecided &&
+        return found.ladder.front().verdict.finding == diagnose::Finding::Undecided &&
                        found.ladder.size() == 1
                    ? std::string("UNKNOWN: this recording cannot decide whether the model is "
                                  "adequate.")

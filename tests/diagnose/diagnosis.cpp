@@ -46,7 +46,7 @@ TEST(Diagnosis, NamesDragAndItsStrength) {
     EXPECT_EQ(found.conclusion, Conclusion::Effect) << found.reason;
     ASSERT_EQ(found.effects, std::vector<std::string>{"quadratic_drag"});
     ASSERT_EQ(found.ladder.size(), 2u);
-    EXPECT_EQ(found.ladder.back().finding, diagnose::Finding::Adequate) << found.reason;
+    EXPECT_EQ(found.ladder.back().verdict.finding, diagnose::Finding::Adequate) << found.reason;
     // The truth is 1.3. Two standard errors are 0.01; the rest is the error of the model.
     EXPECT_NEAR(parameter(found.ladder.back().fit, "quadratic_drag.drag_coefficient").value, 1.3,
                 0.05);

@@ -20,7 +20,8 @@ diagnose::LinearEvidence evidence(const Eigen::VectorXd& own, const Eigen::Vecto
     stem.system.jacobian = own;
     stem.system.residual = residual;
     stem.system.fitted = own.cols();
-    return evidence_in(view_of(std::move(candidates), stem));
+    const diagnose::EffectView view = view_of(std::move(candidates), stem);
+    return {view.columns, view.gram_matrix(), view.overlap_vector()};
 }
 
 diagnose::CandidateView effect(const Eigen::VectorXd& column, bool is_one_sided) {

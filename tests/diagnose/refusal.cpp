@@ -26,7 +26,7 @@ TEST(Answer, IsAFamilyWhoseLawIsNotAmongTheCandidates) {
     ASSERT_EQ(found.families.size(), 1U);
     EXPECT_EQ(found.families.front().family, physics::Family::MaterialDamping);
     EXPECT_TRUE(found.families.front().is_open);
-    EXPECT_EQ(found.ladder.back().finding, diagnose::Finding::Inadequate);
+    EXPECT_EQ(found.ladder.back().verdict.finding, diagnose::Finding::Inadequate);
 }
 
 /// Drag and a slight taper; the taper is not among the candidates.
@@ -48,7 +48,7 @@ TEST(Answer, IsGivenWithTheUnexplainedShareDespiteALittleStructure) {
     const diagnose::Diagnosis found = with_taper(0.15);
     EXPECT_EQ(found.conclusion, diagnose::Conclusion::Effect) << found.reason;
     EXPECT_LT(found.baseline.reduced_chi_squared, 25.0);
-    EXPECT_EQ(found.ladder.back().finding, diagnose::Finding::Inadequate);
+    EXPECT_EQ(found.ladder.back().verdict.finding, diagnose::Finding::Inadequate);
     EXPECT_GT(found.unexplained, 0.0);
     const diagnose::Diagnosis half = with_taper(0.3);
     EXPECT_EQ(half.conclusion, diagnose::Conclusion::Unknown) << half.reason;

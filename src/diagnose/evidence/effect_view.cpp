@@ -78,8 +78,4 @@ EffectView view_of(std::vector<CandidateView> candidates, const SharedColumns& o
     return view;
 }
 
-LinearEvidence evidence_in(const EffectView& view) {
-    return {view.columns, view.gram_matrix(), view.overlap_vector()};
-}
-
 } // namespace culm::diagnose

@@ -50,7 +50,4 @@ void fields(Wire& wire, EffectView& view) {
 [[nodiscard]] EffectView view_of(std::vector<CandidateView> candidates,
                                  const SharedColumns& system);
 
-/// Evidence of the candidates in a stem that shares nothing.
-[[nodiscard]] LinearEvidence evidence_in(const EffectView& view);
-
 } // namespace culm::diagnose

@@ -87,7 +87,7 @@ struct Model {
 /// Those that are not known.
 [[nodiscard]] std::vector<OwnedEffect> added_names(const std::vector<ActingEffect>& effects);
 
-/// What identifies a model: its effects with fixed values, rig and recordings where they are
+/// The identity of a model: its effects with fixed values, rig and recordings where they are
 /// absent, sorted.
 using ModelKey = std::vector<std::string>;
 [[nodiscard]] ModelKey key_of(const std::vector<ActingEffect>& effects);

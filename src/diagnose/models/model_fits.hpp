@@ -40,7 +40,7 @@ class ModelFits {
     [[nodiscard]] const std::map<std::string, SharedPrior>& priors() const { return priors_; }
 
     /// Fits the models at once, so that their stems keep all ranks busy. A model without shared
-    /// numbers needs the fits of `starts` alone. Of the others all stems on the rig are fitted in
+    /// numbers needs the fits of `starts` alone. In the others, all stems on the rig are fitted in
     /// each of Newton's steps for the shared numbers (sharing.hpp); a step is halved until the
     /// model gets better, and the fit fails if it does not converge.
     ///

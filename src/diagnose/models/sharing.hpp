@@ -75,7 +75,7 @@ void fields(Wire& wire, SharedBlock& block) {
 
 [[nodiscard]] SharedBlock block_of(const SharedColumns& stem);
 
-/// What a shared number may be, in its coordinate. Only an error term has a prior; the origin of
+/// The range of a shared number, in its coordinate. Only an error term has a prior; the origin of
 /// the others is where they stay if the readings do not determine them.
 struct SharedPrior {
     double mean = 0.0;

@@ -107,7 +107,8 @@ fit::Fit fit_larger(const fit::SelectedEffects& effects, const fit::Fit& smaller
             held.rig_of[name] = {};
         const SharedColumns columns = shared_columns(smaller, recordings, held);
         const EffectView view = view_of(std::move(views), columns);
-        PredictedGain gain = evidence_in(view).gain(all);
+        PredictedGain gain =
+            LinearEvidence(view.columns, view.gram_matrix(), view.overlap_vector()).gain(all);
         if (gain.points.empty()) { // all allowed sizes make the fit worse: it starts without them
             gain.points.emplace_back();
             for (const EffectColumns& each : view.columns)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The models beside a fitted one that need no prediction.
+// Models next to a fitted one that need no prediction.
 #pragma once
 
 #include "diagnose/models/model.hpp"
