@@ -242,10 +242,13 @@ class Search {
         about_.reset();
         is_far_ = most_leave_too_much(stems_, base(), reference());
         fits_.set_noise(noise_of_search(stems_, base()));
-        if (stems_.is_one())
-            return; // the noise is the same
         for (Model& each : visited_)
             fits_.judge(each);
+        update_predictions();
+    }
+
+    /// With the present noise.
+    void update_predictions() {
         for (auto& [key, prediction] : predictions_)
             prediction.log_evidence =
                 visited_[prediction.base].log_evidence +
@@ -413,17 +416,15 @@ class Search {
         options_.report("fitting the best model with the noise about it");
         const std::vector<ActingEffect> effects = base().effects;
         visited_before_ = visited_;
-        const double before = visited_.front().log_evidence;
         const double chi_squared = visited_.front().chi_squared();
         const ModelKey chain = key_of(visited_.front().effects);
         std::erase_if(swapped_, [&](const ModelKey& key) { return key != chain; });
+        std::erase_if(predictions_, [](const auto& entry) { return entry.second.base != 0; });
         visit_chain();
         // χ² of predictions about the chain is nearly proportional to the chain's own χ².
-        const double ratio = visited_.front().chi_squared() / chi_squared;
-        std::erase_if(predictions_, [](const auto& entry) { return entry.second.base != 0; });
         for (auto& [key, prediction] : predictions_)
-            prediction.log_evidence =
-                visited_.front().log_evidence + ratio * (prediction.log_evidence - before);
+            prediction.gain *= visited_.front().chi_squared() / chi_squared;
+        update_predictions();
         visit({plan_for(effects)});
         return true;
     }
