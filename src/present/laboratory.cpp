@@ -58,7 +58,8 @@ std::string effect_lines(const diagnose::EffectAnswer& effect) {
         line +=
             fmt::format(" ({} of {})", number_cell(effect.family_probability, 2), effect.family);
     if (effect.stems_needed > 0.0)
-        line += fmt::format("; about {:.0f} stems like these would decide", effect.stems_needed);
+        line += fmt::format("; about {} like these would decide",
+                            counted(static_cast<std::size_t>(effect.stems_needed), "stem"));
     if (!effect.stems.empty())
         line += fmt::format(": {}", fmt::join(effect.stems, ", "));
     if (!effect.possible_stems.empty())

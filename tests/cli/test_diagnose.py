@@ -294,8 +294,8 @@ class Laboratory(Diagnose):
                          ["laboratory.json"])
 
     def test_ends_in_its_walltime(self):
-        finished = self.culm("diagnose", "A", "B", "--spheres", "24", "--candidates",
-                             "quadratic_drag,taper", "-o", "out", "--walltime", "2s", "-q")
+        finished = self.culm("diagnose", "A", "B", "--spheres", "56", "-o", "out",
+                             "--walltime", "2s", "-q")
         self.assert_exit(finished, STOPPED_EARLY)
         self.assertEqual(finished.stderr, "culm: stopped early; the fits computed so far are kept "
                          "in out. Continue with --resume.\n")

@@ -38,7 +38,7 @@ LEFT_OUT = {
     },
     "cluster.md": {"sbatch study.sbatch": INSIDE_SLURM},
     "laboratory.md": {"mpirun -n 2 culm diagnose LAB -o ALL": MINUTES},
-    "diagnosis.md": {"bench_decision tuning decision.json": MINUTES},
+    "diagnosis-rates.md": {"bench_decision tuning decision.json": MINUTES},
     "uncertainty.md": {
         "bench_uncertainty_coverage 2001 500 coverage.json":
             MINUTES,

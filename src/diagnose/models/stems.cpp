@@ -45,6 +45,8 @@ std::vector<Specimen> specimens_of(std::span<const measure::Measurement> measure
 
 Stems::Stems(std::span<const Specimen> specimens, const DiagnosisOptions& options)
     : specimens_(specimens), options_(options) {
+    options.report(is_one() ? "fitting the published chain"
+                            : fmt::format("fitting the published chain to {} stems", size()));
     stems_.resize(specimens.size());
     std::vector<std::size_t> all(specimens.size());
     std::iota(all.begin(), all.end(), 0);

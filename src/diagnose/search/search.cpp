@@ -369,11 +369,13 @@ class Search {
         const double gain = best.log_evidence - reference().log_evidence;
         if (model.base == 0 && base_ != 0 && is_rough(visited_.front()))
             return best.log_evidence - rough_within * gain;
+        const double noise = mean_of(fits_.noise(), best);
         if (is_far_)
             return best.log_evidence + 0.5 * options_.policy.immaterial_share *
-                                           std::max(0.0, best.chi_squared() - best.readings());
-        const double margin = options_.policy.unvisited_margin * mean_of(noise_about(best), best) /
-                              mean_of(fits_.noise(), best);
+                                           std::max(0.0, best.chi_squared() - best.readings()) /
+                                           noise;
+        const double margin =
+            options_.policy.unvisited_margin * mean_of(noise_about(best), best) / noise;
         return best.log_evidence - (model.base == base_ || is_at_noise(best)
                                         ? margin
                                         : std::max(margin, predicted_within * gain));
