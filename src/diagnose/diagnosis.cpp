@@ -193,8 +193,12 @@ int spheres_of_search(std::span<const Specimen> specimens, const DiagnosisOption
     const std::vector<double> costs(specimens.size(), 1.0);
     return std::ranges::max(
         options.map.values(costs, [&](std::size_t s, const run::Heartbeat& heartbeat) {
-            return fit::coarsest_chain(specimens[s].recordings,
-                                       fit::with_heartbeat(options.candidate, heartbeat));
+            try {
+                return fit::coarsest_chain(specimens[s].recordings,
+                                           fit::with_heartbeat(options.candidate, heartbeat));
+            } catch (const core::InputError&) { // the fit of the chain says why
+                return 0;
+            }
         }));
 }
 
@@ -267,10 +271,11 @@ Diagnosis diagnose(std::span<const Specimen> specimens, DiagnosisOptions options
         if (specimens.size() == 1)
             refuse_without_motion(recording, options.candidate.window);
     DiagnosisOptions coarse = options;
-    coarse.candidate.chain.spheres = spheres_of_search(specimens, options);
+    if (const int spheres = spheres_of_search(specimens, options); spheres > 0)
+        coarse.candidate.chain.spheres = spheres;
     const bool is_coarse = std::ranges::any_of(recordings, [&](const auto& recording) {
         return fit::chain_of(recording, options.candidate.chain).spec.stem.sphere_count !=
-               coarse.candidate.chain.spheres;
+               fit::chain_of(recording, coarse.candidate.chain).spec.stem.sphere_count;
     });
     const SearchResult search = search_models(specimens, coarse);
     const auto answer_of = [&](const SearchResult& models, const SearchResult& about) {

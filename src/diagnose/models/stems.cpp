@@ -53,6 +53,8 @@ Stems::Stems(std::span<const Specimen> specimens, const DiagnosisOptions& option
     add_baselines(all, [&](std::size_t s, const fit::FitOptions& fit_options) {
         return fit::fit_baseline(specimens_[s].recordings, fit_options);
     });
+    if (is_one() && stems_[0].is_bad_input)
+        throw core::InputError(stems_[0].failure);
     if (fitted().empty())
         throw core::NumericalError(core::FailureKind::FitFailed,
                                    is_one() ? "the model cannot be fitted: " + stems_[0].failure
@@ -71,7 +73,9 @@ void Stems::add_baselines(const std::vector<std::size_t>& of, const Work& work) 
             try {
                 return observed_stem(work(of[item], fit_options));
             } catch (const core::NumericalError& error) {
-                return {error.what(), {}, {}, {}};
+                return {error.what(), false, {}, {}, {}};
+            } catch (const core::InputError& error) {
+                return {error.what(), true, {}, {}, {}};
             }
         });
     for (std::size_t k = 0; k < of.size(); ++k)
@@ -151,8 +155,8 @@ Stems Stems::with_chain(const DiagnosisOptions& options) const {
 
 ObservedStem Stems::observed_stem(const fit::BaselineFit& baseline) const {
     if (baseline.fit.failed())
-        return {baseline.fit.reason, {}, {}, {}};
-    ObservedStem out{{}, baseline.recordings, to_message(baseline.fit), {}};
+        return {baseline.fit.reason, false, {}, {}, {}};
+    ObservedStem out{{}, false, baseline.recordings, to_message(baseline.fit), {}};
     for (const fit::RecordingFit& part : baseline.fit.parts)
         out.noise.push_back(part.noise);
     return out;
