@@ -188,18 +188,24 @@ std::optional<std::pair<Rival, Rival>> pair_to_separate(const SearchResult& sear
     return std::pair(just_visible(own.fit, *effect, *worst), own);
 }
 
-/// The smallest number of spheres that suffices for the search, for all stems.
+/// The smallest number of spheres that suffices for the search, for all stems. Throws
+/// core::InputError if the only stem cannot be a chain; of several, such a stem is left out later.
 int spheres_of_search(std::span<const Specimen> specimens, const DiagnosisOptions& options) {
+    using Answer = std::pair<int, std::string>; // and why there is none
     const std::vector<double> costs(specimens.size(), 1.0);
-    return std::ranges::max(
-        options.map.values(costs, [&](std::size_t s, const run::Heartbeat& heartbeat) {
+    const std::vector<Answer> answers =
+        options.map.values(costs, [&](std::size_t s, const run::Heartbeat& heartbeat) -> Answer {
             try {
-                return fit::coarsest_chain(specimens[s].recordings,
-                                           fit::with_heartbeat(options.candidate, heartbeat));
-            } catch (const core::InputError&) { // the fit of the chain says why
-                return 0;
+                return {fit::coarsest_chain(specimens[s].recordings,
+                                            fit::with_heartbeat(options.candidate, heartbeat)),
+                        {}};
+            } catch (const core::InputError& error) {
+                return {0, error.what()};
             }
-        }));
+        });
+    if (answers.size() == 1 && !answers.front().second.empty())
+        throw core::InputError(answers.front().second);
+    return std::ranges::max(answers, {}, &Answer::first).first;
 }
 
 /// What is told of one stem alone.

@@ -53,8 +53,6 @@ Stems::Stems(std::span<const Specimen> specimens, const DiagnosisOptions& option
     add_baselines(all, [&](std::size_t s, const fit::FitOptions& fit_options) {
         return fit::fit_baseline(specimens_[s].recordings, fit_options);
     });
-    if (is_one() && stems_[0].is_bad_input)
-        throw core::InputError(stems_[0].failure);
     if (fitted().empty())
         throw core::NumericalError(core::FailureKind::FitFailed,
                                    is_one() ? "the model cannot be fitted: " + stems_[0].failure
@@ -73,9 +71,7 @@ void Stems::add_baselines(const std::vector<std::size_t>& of, const Work& work) 
             try {
                 return observed_stem(work(of[item], fit_options));
             } catch (const core::NumericalError& error) {
-                return {error.what(), false, {}, {}, {}};
-            } catch (const core::InputError& error) {
-                return {error.what(), true, {}, {}, {}};
+                return {error.what(), {}, {}, {}};
             }
         });
     for (std::size_t k = 0; k < of.size(); ++k)
@@ -155,8 +151,8 @@ Stems Stems::with_chain(const DiagnosisOptions& options) const {
 
 ObservedStem Stems::observed_stem(const fit::BaselineFit& baseline) const {
     if (baseline.fit.failed())
-        return {baseline.fit.reason, false, {}, {}, {}};
-    ObservedStem out{{}, false, baseline.recordings, to_message(baseline.fit), {}};
+        return {baseline.fit.reason, {}, {}, {}};
+    ObservedStem out{{}, baseline.recordings, to_message(baseline.fit), {}};
     for (const fit::RecordingFit& part : baseline.fit.parts)
         out.noise.push_back(part.noise);
     return out;

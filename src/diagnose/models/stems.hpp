@@ -47,22 +47,20 @@ struct DiagnosisOptions {
 
 /// The published chain of a stem.
 struct ObservedStem {
-    std::string failure;       ///< why the chain could not be fitted; empty if it could
-    bool is_bad_input = false; ///< the reason is the recording itself
+    std::string failure; ///< why the chain could not be fitted; empty if it could
     std::vector<fit::ObservedRecording> recordings; ///< with the noise and the error terms
     fit::Fit chain;                                 ///< numbers
     std::vector<std::vector<double>> noise;         ///< as JointOptions::noise
 };
 template <class Wire>
 void fields(Wire& wire, ObservedStem& stem) {
-    wire(stem.failure, stem.is_bad_input, stem.recordings, stem.chain, stem.noise);
+    wire(stem.failure, stem.recordings, stem.chain, stem.noise);
 }
 
 class Stems {
   public:
     /// Fits the published chain to every stem; one whose chain cannot be fitted is left out. Throws
-    /// core::NumericalError if no stem can be fitted, core::InputError if the only one has no
-    /// chain.
+    /// core::NumericalError if no stem can be fitted.
     Stems(std::span<const Specimen> specimens, const DiagnosisOptions& options);
 
     [[nodiscard]] std::size_t size() const { return specimens_.size(); }
