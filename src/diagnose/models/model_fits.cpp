@@ -242,15 +242,14 @@ SharedMinimum ModelFits::minimum_in(const Model& model,
 }
 
 /// The likelihood where the effects' parameters are, without the prediction of a better place.
-double ModelFits::value_of(Model model) const {
+double ModelFits::value_of(const Model& model) const {
     std::map<std::string, SharedPrior> held = priors_;
     for (const auto& [effect, k, card, at] : shared_parameters(model)) {
         SharedPrior& prior = held.at(model.shared.names[static_cast<std::size_t>(at)]);
         prior.lower = prior.upper =
             fit::to_coordinate(card.fitted_as, model.effects[effect].values[k]);
     }
-    model.shared = minimum_in(model, held);
-    return log_likelihood(model);
+    return log_likelihood(model, minimum_in(model, held));
 }
 
 void ModelFits::judge(Model& model) {
@@ -258,23 +257,23 @@ void ModelFits::judge(Model& model) {
     model.shared = minimum_in(model, priors_);
     model.log_evidence = model.failed() || has_absent_effect(model)
                              ? -std::numeric_limits<double>::infinity()
-                             : log_likelihood(model) + log_prior_of_effects(model) +
+                             : log_likelihood(model, model.shared) + log_prior_of_effects(model) +
                                    log_volume(model) + model.offset;
 }
 
 /// With the terms of the stems' own numbers.
-double ModelFits::log_likelihood(const Model& model) const {
+double ModelFits::log_likelihood(const Model& model, const SharedMinimum& shared) const {
     double sum = 0.0;
     for (const std::size_t s : stems_->fitted()) {
         const StemFit& stem = model.stems[s];
-        sum += log_evidence(stem.evidence, noise_[s]) + model.shared.stem_changes[s];
+        sum += log_evidence(stem.evidence, noise_[s]) + shared.stem_changes[s];
         for (std::size_t k = 0; k < stem.block.names.size(); ++k)
             if (!priors_.contains(stem.block.names[k])) // the prior of an error term
                 sum += 0.5 * stem.block.at[k] * stem.block.at[k];
     }
-    for (std::size_t k = 0; k < model.shared.names.size(); ++k)
-        if (const double at = model.shared.at(static_cast<Eigen::Index>(k));
-            !priors_.contains(model.shared.names[k]))
+    for (std::size_t k = 0; k < shared.names.size(); ++k)
+        if (const double at = shared.at(static_cast<Eigen::Index>(k));
+            !priors_.contains(shared.names[k]))
             sum -= 0.5 * at * at;
     return sum;
 }

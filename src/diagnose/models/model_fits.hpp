@@ -57,8 +57,8 @@ class ModelFits {
 
     [[nodiscard]] SharedMinimum minimum_in(const Model& model,
                                            const std::map<std::string, SharedPrior>& priors) const;
-    [[nodiscard]] double value_of(Model model) const;
-    [[nodiscard]] double log_likelihood(const Model& model) const;
+    [[nodiscard]] double value_of(const Model& model) const;
+    [[nodiscard]] double log_likelihood(const Model& model, const SharedMinimum& shared) const;
     [[nodiscard]] double log_prior_of_effects(const Model& model) const;
     [[nodiscard]] double log_volume(const Model& model) const;
     [[nodiscard]] bool has_absent_effect(const Model& model) const;
