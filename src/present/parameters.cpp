@@ -99,15 +99,18 @@ std::string model_name(const std::vector<std::string>& names) {
 
 std::string contradiction_sentence(std::span<const fit::Pull> all, bool describes_readings) {
     std::vector<std::string> pulls;
+    double largest = 0.0;
     for (const fit::Pull& pull : all)
-        if (is_contradicted(pull))
+        if (is_contradicted(pull)) {
             pulls.push_back(fmt::format("{} {:+.1f}", pull.id, pull.value));
+            largest = std::max(largest, std::abs(pull.value));
+        }
     if (pulls.empty())
         return {};
     if (!describes_readings)
-        return fmt::format("The model is wrong: it moves {} by more than {:g} standard "
+        return fmt::format("The model is wrong: it moves stated inputs by up to {:.1f} standard "
                            "uncertainties and still does not describe the readings.",
-                           counted(pulls.size(), "stated input"), fit::contradiction);
+                           largest);
     return fmt::format("Contradicted inputs, in standard uncertainties: {}. Either they are wrong, "
                        "or the model lacks an effect. The tests were made with the inputs moved.",
                        fmt::join(pulls, ", "));

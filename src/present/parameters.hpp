@@ -52,8 +52,8 @@ struct ReadableParameter {
 [[nodiscard]] std::string value_text(const fit::FittedParameter& parameter);
 
 /// Names the stated inputs and constrained error terms whose pull exceeds fit::contradiction, or
-/// counts them if the model does not describe the readings: then it is wrong, not they. Empty if
-/// there are none.
+/// states the largest if the model does not describe the readings: then it is wrong, not they.
+/// Empty if there are none.
 [[nodiscard]] std::string contradiction_sentence(std::span<const fit::Pull> pulls,
                                                  bool describes_readings);
 
