@@ -62,14 +62,15 @@ explanations_json(const std::vector<diagnose::Explanation>& explanations, bool i
 [[nodiscard]] std::vector<std::string>
 effect_names(const std::vector<diagnose::OwnedEffect>& effects, bool is_one_stem = true);
 
-/// docs/schemas/diagnosis.schema.json, except options, folders and provenance.
+/// docs/schemas/diagnosis.schema.json, except options, folders and provenance; of several stems
+/// laboratory_json().
 [[nodiscard]] nlohmann::json diagnosis_json(const DiagnosisReport& report);
 
 /// The verdict in sentences, the headline first.
 [[nodiscard]] std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report);
 
 /// The verdict as text and the most informative experiment; without a named effect also the
-/// detection limits. `with_details`: all tables.
+/// detection limits. `with_details`: all tables. Of several stems laboratory_text().
 [[nodiscard]] std::string diagnosis_text(const DiagnosisReport& report, bool with_details,
                                          const TextStyle& style);
 

@@ -4,6 +4,7 @@
 #include "present/comparison.hpp"
 #include "present/diagnosis.hpp"
 #include "present/files.hpp"
+#include "present/laboratory.hpp"
 #include "present/parameters.hpp"
 #include "present/text.hpp"
 
@@ -255,6 +256,8 @@ json alternatives_json(const std::vector<diagnose::FamilyExplanation>& alternati
 
 json diagnosis_json(const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = report.found;
+    if (found.stems.size() > 1)
+        return laboratory_json(found);
     json document{
         {"format", "culm-diagnosis"},
         {"version", 2},

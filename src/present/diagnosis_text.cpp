@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/solve/residual_statistics.hpp"
 #include "present/diagnosis.hpp"
+#include "present/laboratory.hpp"
 #include "present/parameters.hpp"
 #include "present/text.hpp"
 
@@ -302,6 +303,8 @@ std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report) {
 std::string diagnosis_text(const DiagnosisReport& report, bool with_details,
                            const TextStyle& style) {
     const diagnose::Diagnosis& found = report.found;
+    if (found.stems.size() > 1)
+        return laboratory_text(found, with_details, style);
     std::string text = diagnosis_header(report) + style.headline(diagnosis_headline(found)) + '\n' +
                        effect_lines(report);
     for (const std::string& sentence : explanations(report))

@@ -12,7 +12,6 @@
 #include "measure/folder/measurement_folder.hpp"
 #include "present/diagnosis.hpp"
 #include "present/files.hpp"
-#include "present/laboratory.hpp"
 #include "present/motion_files.hpp"
 #include "present/text.hpp"
 #include "study/config/study_effects.hpp"
@@ -62,13 +61,8 @@ struct DiagnosisPlan {
     DiagnosisEffects effects;
 };
 
-bool contains(const fit::SelectedEffects& effects, const std::string& name) {
-    return std::ranges::any_of(
-        effects, [&name](const auto& selected) { return selected.effect->name() == name; });
-}
-
 void add_once(const physics::SelectedEffect& added, fit::SelectedEffects& effects) {
-    if (contains(effects, added.effect->name()))
+    if (fit::contains(effects, added))
         throw core::InputError(fmt::format("candidate {} is named twice", added.effect->name()));
     effects.push_back(added);
 }
@@ -98,8 +92,7 @@ DiagnosisEffects effects_for_diagnosis(const DiagnoseArguments& arguments,
          candidates.empty() ? fit::candidate_effects(recordings)
                             : physics::parse_alternatives(candidates, read))
         add_once(candidate, named);
-    const auto is_known = [&](const auto& one) { return contains(out.known, one.effect->name()); };
-    std::erase_if(named, is_known);
+    std::erase_if(named, [&](const auto& one) { return fit::contains(out.known, one); });
     if (named.empty())
         throw core::InputError("no candidate is left: all of them are --known");
     out.candidates = fit::in_library_order(std::move(named));
@@ -159,11 +152,6 @@ json names_of(const fit::SelectedEffects& effects) {
     return names;
 }
 
-present::DiagnosisReport report_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
-                                   const diagnose::Diagnosis& found) {
-    return {found, plan.read.measurements, plan.effects.candidates, arguments.law};
-}
-
 json options_json(const DiagnoseArguments& arguments, const DiagnosisPlan& plan) {
     return {{"law", arguments.law},
             {"spheres", arguments.spheres ? json(*arguments.spheres) : json()},
@@ -173,19 +161,14 @@ json options_json(const DiagnoseArguments& arguments, const DiagnosisPlan& plan)
             {"known", names_of(plan.effects.known)}};
 }
 
-/// Adds the folders, the options and the provenance.
-void complete(const DiagnoseArguments& arguments, const DiagnosisPlan& plan, const json& provenance,
-              json& document) {
+json document_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
+                 const present::DiagnosisReport& report, const json& provenance) {
+    json document = present::diagnosis_json(report);
+    for (std::size_t k = 0; k < plan.read.folders.size(); ++k)
+        (plan.specimens.size() == 1 ? document["recordings"][k]["folder"]
+                                    : document["folders"][k]) = plan.read.folders[k].string();
     document["options"] = options_json(arguments, plan);
     document["provenance"] = provenance;
-}
-
-json document_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
-                 const diagnose::Diagnosis& found, const json& provenance) {
-    json document = present::diagnosis_json(report_of(arguments, plan, found));
-    for (std::size_t k = 0; k < plan.read.folders.size(); ++k)
-        document["recordings"][k]["folder"] = plan.read.folders[k].string();
-    complete(arguments, plan, provenance, document);
     return document;
 }
 
@@ -255,11 +238,14 @@ std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan
                          {(fs::path(arguments.output) / force_file_name).string()});
 }
 
-core::ExitCode report_stem(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
-                           const diagnose::Diagnosis& found, const json& provenance) {
-    const json document = document_of(arguments, plan, found, provenance);
-    write_results(arguments, plan.read.measurements, "diagnosis.json", document);
-    if (!arguments.output.empty()) {
+core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
+                      const diagnose::Diagnosis& found, const json& provenance) {
+    const bool is_one = plan.specimens.size() == 1;
+    const present::DiagnosisReport report{found, plan.read.measurements, plan.effects.candidates,
+                                          arguments.law};
+    write_results(arguments, plan.read.measurements, is_one ? "diagnosis.json" : "laboratory.json",
+                  document_of(arguments, plan, report, provenance));
+    if (is_one && !arguments.output.empty()) {
         const fs::path folder = arguments.output;
         present::write_diagnosis_arrays(folder / "diagnosis.h5", found, plan.read.measurements);
         if (found.missing_force && !found.missing_force->as_effect_file.empty())
@@ -267,25 +253,11 @@ core::ExitCode report_stem(const DiagnoseArguments& arguments, const DiagnosisPl
     }
     if (arguments.prints_text())
         fmt::print("{}{}",
-                   present::diagnosis_text(report_of(arguments, plan, found),
-                                           arguments.with_details, style_of(stdout)),
-                   next_step(arguments, next_command(arguments, plan, found)));
-    const bool any_failed = std::ranges::any_of(
-        found.posterior.models, [](const auto& model) { return !model.failure.empty(); });
-    return any_failed ? core::ExitCode::PointsFailed : core::ExitCode::Done;
-}
-
-core::ExitCode report_laboratory(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
-                                 const diagnose::Diagnosis& found, const json& provenance) {
-    json document = present::laboratory_json(found);
-    document["folders"] = present::array_of(plan.read.folders,
-                                            [](const fs::path& folder) { return folder.string(); });
-    complete(arguments, plan, provenance, document);
-    write_results(arguments, plan.read.measurements, "laboratory.json", document);
-    if (arguments.prints_text())
-        fmt::print("{}", present::laboratory_text(found, arguments.with_details, style_of(stdout)));
-    const bool any_failed = std::ranges::any_of(
-        found.stems, [](const diagnose::StemAnswer& stem) { return !stem.failure.empty(); });
+                   present::diagnosis_text(report, arguments.with_details, style_of(stdout)),
+                   is_one ? next_step(arguments, next_command(arguments, plan, found)) : "");
+    const auto has_failed = [](const auto& each) { return !each.failure.empty(); };
+    const bool any_failed = is_one ? std::ranges::any_of(found.posterior.models, has_failed)
+                                   : std::ranges::any_of(found.stems, has_failed);
     return any_failed ? core::ExitCode::PointsFailed : core::ExitCode::Done;
 }
 
@@ -383,9 +355,7 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
     }
     const json facts = provenance.document();
     return farm::on_root(communicator, [&] {
-        const core::ExitCode code = plan.specimens.size() > 1
-                                        ? report_laboratory(arguments, plan, found, facts)
-                                        : report_stem(arguments, plan, found, facts);
+        const core::ExitCode code = report(arguments, plan, found, facts);
         if (kept)
             kept->remove();
         return code;
