@@ -17,14 +17,18 @@ namespace {
 constexpr double detected_at = 3.0; ///< standard deviations of the noise
 constexpr auto no_parameter = std::numeric_limits<std::size_t>::max();
 
-/// The column by which the effect is seen best: from where it is absent to a usual size, if that
-/// was computed, because derivatives may vanish where the effect is absent.
-struct Signature {
+/// Where a node's column is, and what it shows.
+struct SeenColumn {
     const EffectNode* node = nullptr;
     const EffectColumn* column = nullptr;
     Eigen::Index place = 0; ///< in the view
     double length = 0.0;    ///< of the part that the model cannot imitate, for a size of 1
-    double slope = 0.0;     ///< likewise of the derivative, if there is a secant too
+};
+
+/// The column by which the effect is seen best: from where it is absent to a usual size, if that
+/// was computed, because derivatives may vanish where the effect is absent.
+struct Signature : SeenColumn {
+    double slope = 0.0; ///< as `length`, of the derivative, if there is a secant too
 
     /// Size at which the signature reaches detected_at: a s + b s² from derivative and secant, a
     /// straight line if it grows more slowly than that.
@@ -37,14 +41,6 @@ struct Signature {
                             : detected_at / length;
         return column->secant < 0.0 ? -size : size;
     }
-};
-
-/// Where a node's column is, and what it shows.
-struct SeenColumn {
-    const EffectNode* node = nullptr;
-    const EffectColumn* column = nullptr;
-    Eigen::Index place = 0; ///< in the view
-    double length = 0.0;    ///< of the part that the model cannot imitate
 };
 
 std::vector<SeenColumn> columns_of(const EffectView& view, std::size_t candidate) {
@@ -70,7 +66,7 @@ std::optional<Signature> signature_beside_offset(const std::vector<SeenColumn>& 
         if (offset.column == &offset.node->columns.front() && offset.node->has_offset() &&
             next.node == offset.node && offset.length < least) {
             least = offset.length;
-            out = {next.node, next.column, next.place, next.length, 0.0};
+            out = {next, 0.0};
         }
     }
     return out;
@@ -90,7 +86,7 @@ Signature signature_of(const std::vector<SeenColumn>& columns) {
             slopes[column.parameter] = std::max(slopes[column.parameter], each.length);
         const bool has_secant = out.column != nullptr && out.column->secant != 0.0;
         if (is_secant == has_secant ? each.length > out.length : is_secant)
-            out = {each.node, each.column, each.place, each.length, 0.0};
+            out = {each, 0.0};
     }
     if (out.column != nullptr && out.column->secant != 0.0)
         out.slope = slopes[out.column->parameter];

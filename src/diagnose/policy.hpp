@@ -4,14 +4,13 @@
 
 namespace culm::diagnose {
 
-/// Used by model_search.hpp, posterior.hpp, diagnosis.hpp, ladder.hpp (which effects act?) and
-/// adequacy.hpp (does a fitted model explain its recording?).
+/// Which effects act, and does a fitted model explain its recording?
 struct Policy {
     /// Prior probability that an effect of the library acts.
     double effect_probability = 0.05;
     /// Margin below the best log evidence beyond which a model is not fitted: odds of 150 to 1.
     double unvisited_margin = 5.0;
-    /// Reduced χ² above which only single additions are predicted: the linearisation is rough.
+    /// Reduced χ² of a model above which its residual is not taken for noise.
     double rough_misfit = 4.0;
     /// Probability that an answer must have.
     double held_probability = 0.95;

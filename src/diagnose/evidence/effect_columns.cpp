@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 
 namespace culm::diagnose {
@@ -290,9 +291,7 @@ EffectColumns effect_columns(const fit::Fit& base, const physics::SelectedEffect
     EffectColumns failed;
     try {
         return ColumnsOfEffect(base, effect, recordings, options).compute();
-    } catch (const core::InputError& error) {
-        failed.failure = error.what();
-    } catch (const core::NumericalError& error) {
+    } catch (const std::runtime_error& error) { // InputError or NumericalError
         failed.failure = error.what();
     }
     return failed;

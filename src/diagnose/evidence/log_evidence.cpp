@@ -212,12 +212,6 @@ std::vector<std::string> absent_effects(const fit::Fit& fit,
     return absent;
 }
 
-bool is_at_noise(const fit::Fit& fit) {
-    const auto readings = static_cast<double>(fit.readings);
-    return fit.is_noise_known_everywhere() && !fit.failed() &&
-           fit.chi_squared < readings + 3.0 * std::sqrt(2.0 * readings);
-}
-
 ModelEvidence evidence_of(const fit::Fit& fit, std::span<const fit::ObservedRecording> recordings,
                           const std::vector<std::string>& given,
                           const std::vector<std::string>& held) {

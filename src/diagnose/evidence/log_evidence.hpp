@@ -80,9 +80,6 @@ struct NoiseScale {
 [[nodiscard]] std::vector<std::string> absent_effects(const fit::Fit& fit,
                                                       const std::vector<std::string>& given);
 
-/// Within three standard deviations of χ² for noise alone.
-[[nodiscard]] bool is_at_noise(const fit::Fit& fit);
-
 /// `given`: names of effects that have no prior probability here; `held`: of those, effects whose
 /// numbers are not the stem's own.
 [[nodiscard]] ModelEvidence evidence_of(const fit::Fit& fit,

@@ -37,12 +37,9 @@ class FinalFits {
   public:
     FinalFits(const SearchResult& coarse, const DiagnosisOptions& options)
         : coarse_(coarse), stems_(std::make_shared<Stems>(coarse.stems->with_chain(options))),
-          out_{stems_,       coarse.visited, coarse.unvisited,  coarse.best, ModelFits(*stems_),
-               coarse.about, coarse.batches, coarse.is_complete} {
-        // As in the search.
-        for (std::size_t s = 0; s < stems_->size(); ++s)
-            noise_.push_back(stems_->is_one() ? noise_as_assumed((*stems_)[s].chain)
-                                              : coarse.fits.noise()[s]);
+          out_(coarse), noise_(noise_of_search(*stems_, coarse.best_model())) {
+        out_.stems = stems_;
+        out_.fits = ModelFits(*stems_);
         fit({0});
         judge();
     }

@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <memory>
 #include <set>
@@ -23,9 +22,6 @@ namespace {
 
 /// Number of models fitted concurrently; two keep two ranks busy.
 constexpr std::size_t models_per_round = 2;
-/// Relative accuracy of predictions across a large misfit.
-constexpr double predicted_within = 0.1;
-constexpr double rough_within = 0.4; ///< across one above Policy::rough_misfit
 /// The search ends after this number of models; the rest is recorded.
 constexpr std::size_t most_visited = 40;
 constexpr int most_noise_estimates = 2;
@@ -40,16 +36,6 @@ std::optional<std::size_t> likeliest_single(const std::vector<Model>& visited,
             (!single || visited[k].log_evidence > visited[*single].log_evidence))
             single = k;
     return single;
-}
-
-/// Noise by which the models of a search are judged. One stem counts with the noise that its fits
-/// assume. Of several, a stem that the best model does not explain counts less than the others.
-std::vector<NoiseScale> noise_of_search(const Stems& stems, const Model& best) {
-    std::vector<NoiseScale> noise;
-    for (std::size_t s = 0; s < stems.size(); ++s)
-        noise.push_back(stems.is_one() ? noise_as_assumed(stems[s].chain)
-                                       : noise_scale_of(best.stems[s].fit));
-    return noise;
 }
 
 std::vector<NoiseScale> noise_about(const Model& best) {
@@ -223,12 +209,11 @@ class Search {
                 predict_swaps();
                 planned = likeliest_unvisited();
             }
-            // A model that is not expected to be the best is judged by the noise about the best
-            // one. So are additions to a model whose residual is already at the noise.
+            // Models that are not expected to be the best are judged by the noise about the best.
             const bool is_better_expected = std::ranges::any_of(planned, [&](const auto& each) {
                 return !(each.predicted <= base().log_evidence); // or is not predicted
             });
-            if ((!is_better_expected || is_at_noise(base())) && estimate_noise_again())
+            if (!is_better_expected && estimate_noise_again())
                 continue;
             if (planned.empty())
                 return;
@@ -261,17 +246,6 @@ class Search {
         const auto single =
             visited_.front().moves() ? std::nullopt : likeliest_single(visited_, nullptr);
         return visited_[single.value_or(0)];
-    }
-
-    /// Is the misfit of the model so large that predictions about it are rough?
-    [[nodiscard]] bool is_rough(const Model& model) const {
-        return model.chi_squared() > options_.policy.rough_misfit * model.readings();
-    }
-
-    [[nodiscard]] bool is_at_noise(const Model& model) const {
-        return std::ranges::all_of(stems_.fitted(), [&](std::size_t s) {
-            return diagnose::is_at_noise(model.stems[s].fit);
-        });
     }
 
     /// Those that differ from the base by one effect and were not fitted.
@@ -310,8 +284,7 @@ class Search {
             std::ranges::count_if(base().effects, [&](const ActingEffect& each) {
                 return each.rig == rig && !each.is_known;
             }));
-        const std::size_t room = options_.most_effects > added ? options_.most_effects - added : 0;
-        return is_rough(base()) ? std::min<std::size_t>(room, 1) : room;
+        return options_.most_effects > added ? options_.most_effects - added : 0;
     }
 
     /// False: no model has these additions.
@@ -360,34 +333,26 @@ class Search {
 
     // --- Which predicted models are fitted
 
-    /// Log evidence from which a model is worth a fit: near the best one. Predictions about a rough
-    /// model are within a factor of two, those about another one whose residual has structure
-    /// within a tenth. If the best model leaves too much for an answer, a larger one must explain a
-    /// share of that.
-    [[nodiscard]] double least_wanted(const Prediction& model) const {
+    /// Log evidence from which a model is worth a fit: near the best one. If that leaves too much
+    /// for an answer, a larger one must explain a share of it.
+    [[nodiscard]] double least_wanted() const {
         const Model& best = base();
-        const double gain = best.log_evidence - reference().log_evidence;
-        if (model.base == 0 && base_ != 0 && is_rough(visited_.front()))
-            return best.log_evidence - rough_within * gain;
         const double noise = mean_of(fits_.noise(), best);
         if (is_far_)
             return best.log_evidence + 0.5 * options_.policy.immaterial_share *
                                            std::max(0.0, best.chi_squared() - best.readings()) /
                                            noise;
-        const double margin =
-            options_.policy.unvisited_margin * mean_of(noise_about(best), best) / noise;
-        return best.log_evidence - (model.base == base_ || is_at_noise(best)
-                                        ? margin
-                                        : std::max(margin, predicted_within * gain));
+        return best.log_evidence -
+               options_.policy.unvisited_margin * mean_of(noise_about(best), best) / noise;
     }
 
     /// Models that may be as likely as the best visited model; the smallest come first, because
     /// they are the bases of better predictions.
     [[nodiscard]] std::vector<PlannedModel> likeliest_unvisited() {
+        const double least = least_wanted();
         std::vector<const Prediction*> likely;
         for (const auto& [key, prediction] : predictions_)
-            if (prediction.log_evidence > least_wanted(prediction) &&
-                !is_visited(prediction.effects))
+            if (prediction.log_evidence > least && !is_visited(prediction.effects))
                 likely.push_back(&prediction);
         std::ranges::sort(likely, {}, [](const Prediction* each) {
             return std::pair(each->effects.size(), -each->log_evidence);
@@ -405,7 +370,8 @@ class Search {
     /// Fits the likeliest models again with the noise about the best one; returns false if the
     /// noise is unchanged.
     [[nodiscard]] bool estimate_noise_again() {
-        if (base().effects.empty() || is_rough(base()) || is_far_ ||
+        const double rough = options_.policy.rough_misfit * base().readings();
+        if (base().effects.empty() || base().chi_squared() > rough || is_far_ ||
             noise_estimates_ == most_noise_estimates || key_of(base().effects) == noise_about_)
             return false;
         noise_about_ = key_of(base().effects);
@@ -454,6 +420,10 @@ fit::Fit SearchResult::rerun(std::size_t model, std::size_t stem) const {
     fit::FitOptions options = stems->options().candidate;
     options.held_effects = visited[model].effects_of(stem, *stems).sharing.held();
     return fit::rerun(visited[model].stems[stem].fit, (*stems)[stem].recordings, options);
+}
+
+std::vector<NoiseScale> noise_of_search(const Stems& stems, const Model& best) {
+    return stems.is_one() ? std::vector{noise_as_assumed(stems[0].chain)} : noise_about(best);
 }
 
 bool most_leave_too_much(const Stems& stems, const Model& model, const Model& first) {

@@ -46,6 +46,10 @@ struct SearchResult {
 [[nodiscard]] SearchResult search_models(std::span<const Specimen> specimens,
                                          const DiagnosisOptions& options);
 
+/// Noise by which the models of a search are judged. One stem counts with the noise that its fits
+/// assume. Of several, a stem that the best model does not explain counts less than the others.
+[[nodiscard]] std::vector<NoiseScale> noise_of_search(const Stems& stems, const Model& best);
+
 /// Sets the noise about the best model and the log evidence of all models with it.
 void judge_about_best(SearchResult& search);
 
