@@ -172,7 +172,8 @@ json diagnosed(const bench::DecisionCase& drawn, const std::vector<HiddenTruth>&
     json out;
     bench::Answered answer;
     try {
-        const diagnose::Diagnosis found = diagnose::diagnose(recordings, options);
+        const diagnose::Diagnosis found =
+            diagnose::diagnose(diagnose::specimens_of(recordings), options);
         out["fits"] = found.posterior.models.size();
         answer = answered(found);
         out["explanations"] = explanations_of(found.posterior, truth);

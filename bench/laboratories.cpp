@@ -74,8 +74,9 @@ std::vector<RigTruth> hidden_in_rig(const DrawnLaboratory& drawn, const core::It
     DrawnLaboratory bare = drawn;
     bare.stems.front().own.clear();
     const Recordings first{bench::written_recording(bare, 0, {})};
-    return bench::hidden_in_rig(drawn,
-                                diagnose::diagnose(first, options_for(first, map)).blind_spots);
+    return bench::hidden_in_rig(
+        drawn,
+        diagnose::diagnose(diagnose::specimens_of(first), options_for(first, map)).blind_spots);
 }
 
 /// (stems) rms residual of the published chain, over the noise, of exact recordings with the own

@@ -158,7 +158,8 @@ Found found_in(const measure::Measurement& measurement, bool has_effect) {
     Found found;
     const auto start = std::chrono::steady_clock::now();
     try {
-        const diagnose::Diagnosis diagnosis = diagnose::diagnose(recordings, options);
+        const diagnose::Diagnosis diagnosis =
+            diagnose::diagnose(diagnose::specimens_of(recordings), options);
         const fit::Fit fit =
             with_budget(has_effect ? diagnosis.final_fit : diagnosis.baseline, recordings);
         found.summary = bench::diagnosis_summary(diagnosis);

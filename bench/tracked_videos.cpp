@@ -287,7 +287,8 @@ json case_of(std::uint64_t number, const std::filesystem::path& folder) {
         const measure::Measurement exact = true_measurement(track, scene, video);
         add_reading_errors(track.measurement, exact, scene.look.metres_per_pixel, out);
         diagnose::DiagnosisOptions options;
-        const diagnose::Diagnosis found = diagnose::diagnose({&track.measurement, 1}, options);
+        const diagnose::Diagnosis found =
+            diagnose::diagnose(diagnose::specimens_of({&track.measurement, 1}), options);
         out.update(bench::diagnosis_summary(found));
         const fit::RecordingFit& fit = found.baseline.parts.front();
         // Both with exact inputs, so the difference is due to the tracker.

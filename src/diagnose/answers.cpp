@@ -6,6 +6,7 @@
 #include "reduce/population_statistics.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <utility>
@@ -216,7 +217,7 @@ class Effects {
             candidates.begin());
         return !search_.about || !search_.about->view(s).columns[c].failure.empty()
                    ? -std::numeric_limits<double>::infinity()
-                   : search_.about->gain_in(s, {c}).log_evidence - log_prior_odds();
+                   : search_.about->in_stem(s).gain(std::array{c}).log_evidence - log_prior_odds();
     }
 
     const SearchResult& search_;

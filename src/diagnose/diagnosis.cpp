@@ -302,11 +302,4 @@ Diagnosis diagnose(std::span<const Specimen> specimens, DiagnosisOptions options
     return answer_of(again, again);
 }
 
-Diagnosis diagnose(std::span<const measure::Measurement> recordings, DiagnosisOptions options) {
-    const Specimen one{recordings.front().specimen_name(),
-                       recordings.front().rig,
-                       {recordings.begin(), recordings.end()}};
-    return diagnose({&one, 1}, std::move(options));
-}
-
 } // namespace culm::diagnose

@@ -76,8 +76,4 @@ struct Diagnosis {
 [[nodiscard]] Diagnosis diagnose(std::span<const Specimen> specimens,
                                  DiagnosisOptions options = {});
 
-/// The same for recordings of one stem.
-[[nodiscard]] Diagnosis diagnose(std::span<const measure::Measurement> recordings,
-                                 DiagnosisOptions options = {});
-
 } // namespace culm::diagnose

@@ -61,7 +61,7 @@ diagnose::Diagnosis diagnosed(const Case& each) {
     options.candidates =
         physics::parse_effects(each.effect.empty() ? "quadratic_drag" : each.effect, {});
     const measure::Measurement measurement = recording(each);
-    return diagnose::diagnose({&measurement, 1}, options);
+    return diagnose::diagnose(diagnose::specimens_of({&measurement, 1}), options);
 }
 
 void expect_same(const fit::RecordingFit& one, const fit::RecordingFit& other,

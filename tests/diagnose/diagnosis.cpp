@@ -24,7 +24,7 @@ const fit::FittedParameter& parameter(const fit::Fit& fit, const std::string& na
 TEST(Diagnosis, NamesNothingWhereNothingIsMissing) {
     const auto recordings = recording("T1-null");
     const diagnose::Diagnosis found = diagnose::diagnose(
-        recordings,
+        diagnose::specimens_of(recordings),
         quick_diagnosis("taper,bending_nonlinearity,clamp_compliance,tip_mass,quadratic_drag"));
     EXPECT_EQ(found.conclusion, Conclusion::Adequate) << found.reason;
     EXPECT_TRUE(found.effects.empty());
@@ -41,8 +41,9 @@ TEST(Diagnosis, NamesNothingWhereNothingIsMissing) {
 
 TEST(Diagnosis, NamesDragAndItsStrength) {
     const auto recordings = recording("T2-quadratic_drag");
-    const diagnose::Diagnosis found = diagnose::diagnose(
-        recordings, quick_diagnosis("viscous_drag,hysteretic_damping,quadratic_drag,taper"));
+    const diagnose::Diagnosis found =
+        diagnose::diagnose(diagnose::specimens_of(recordings),
+                           quick_diagnosis("viscous_drag,hysteretic_damping,quadratic_drag,taper"));
     EXPECT_EQ(found.conclusion, Conclusion::Effect) << found.reason;
     ASSERT_EQ(found.effects, std::vector<std::string>{"quadratic_drag"});
     ASSERT_EQ(found.ladder.size(), 2u);
@@ -57,8 +58,8 @@ TEST(Diagnosis, NamesDragAndItsStrength) {
 
 TEST(Diagnosis, DoesNotDependOnTheOrderOfCandidatesOrOfTheWork) {
     const auto recordings = recording("T2-quadratic_drag");
-    const diagnose::Diagnosis one =
-        diagnose::diagnose(recordings, quick_diagnosis("taper,quadratic_drag,viscous_drag"));
+    const diagnose::Diagnosis one = diagnose::diagnose(
+        diagnose::specimens_of(recordings), quick_diagnosis("taper,quadratic_drag,viscous_drag"));
     diagnose::DiagnosisOptions other = quick_diagnosis("viscous_drag,taper,quadratic_drag");
     other.map = core::ItemMap([](const std::vector<double>& costs, const auto& work) {
         Outcomes outcomes(costs.size());
@@ -66,7 +67,7 @@ TEST(Diagnosis, DoesNotDependOnTheOrderOfCandidatesOrOfTheWork) {
             outcomes[item].value = work(item, {}).bytes;
         return outcomes;
     });
-    const diagnose::Diagnosis two = diagnose::diagnose(recordings, other);
+    const diagnose::Diagnosis two = diagnose::diagnose(diagnose::specimens_of(recordings), other);
     EXPECT_EQ(one.effects, two.effects);
     ASSERT_EQ(one.posterior.models.size(), two.posterior.models.size());
     for (std::size_t k = 0; k < one.posterior.models.size(); ++k) {
@@ -78,8 +79,8 @@ TEST(Diagnosis, DoesNotDependOnTheOrderOfCandidatesOrOfTheWork) {
 
 TEST(Diagnosis, NamesNoEffectAndFindsTheForceWithoutTheTrueEffect) {
     const auto recordings = recording("T2-quadratic_drag");
-    const diagnose::Diagnosis found =
-        diagnose::diagnose(recordings, quick_diagnosis("taper,viscous_drag,clamp_compliance"));
+    const diagnose::Diagnosis found = diagnose::diagnose(
+        diagnose::specimens_of(recordings), quick_diagnosis("taper,viscous_drag,clamp_compliance"));
     EXPECT_EQ(found.conclusion, Conclusion::Unknown) << found.reason;
     EXPECT_TRUE(found.effects.empty());
     ASSERT_TRUE(found.missing_force);
@@ -100,7 +101,8 @@ TEST(Diagnosis, NamesNoEffectAndFindsTheForceWithoutTheTrueEffect) {
 TEST(Diagnosis, VisitsEveryModelThatMayMatter) {
     const auto recordings = recording("T2-quadratic_drag");
     const diagnose::Diagnosis found = diagnose::diagnose(
-        recordings, quick_diagnosis("taper,viscous_drag,quadratic_drag,power_drag,tip_mass"));
+        diagnose::specimens_of(recordings),
+        quick_diagnosis("taper,viscous_drag,quadratic_drag,power_drag,tip_mass"));
     ASSERT_TRUE(found.largest_unvisited);
     EXPECT_LT(found.largest_unvisited->log_evidence, -found.policy.unvisited_margin);
 }
@@ -109,7 +111,7 @@ TEST(Diagnosis, VisitsEveryModelThatMayMatter) {
 TEST(Diagnosis, NamesTheFamilyAndItsLikeliestLaw) {
     const auto recordings = recording("T2-quadratic_drag");
     const diagnose::Diagnosis found =
-        diagnose::diagnose(recordings, quick_diagnosis("power_drag,taper"));
+        diagnose::diagnose(diagnose::specimens_of(recordings), quick_diagnosis("power_drag,taper"));
     EXPECT_EQ(found.conclusion, Conclusion::Effect) << found.reason;
     ASSERT_EQ(found.families.size(), 1u);
     EXPECT_EQ(found.families.front().family, physics::Family::Air);
@@ -119,8 +121,8 @@ TEST(Diagnosis, NamesTheFamilyAndItsLikeliestLaw) {
 
 TEST(Diagnosis, TriesNoOtherLawOfDragBesideTheAnswer) {
     const auto recordings = recording("T2-quadratic_drag");
-    const diagnose::Diagnosis found =
-        diagnose::diagnose(recordings, quick_diagnosis("taper,viscous_drag,quadratic_drag"));
+    const diagnose::Diagnosis found = diagnose::diagnose(
+        diagnose::specimens_of(recordings), quick_diagnosis("taper,viscous_drag,quadratic_drag"));
     EXPECT_EQ(found.effects, std::vector<std::string>{"quadratic_drag"});
     // Two drags are one law: only the taper is a blind spot.
     ASSERT_EQ(found.blind_spots.size(), 1u);

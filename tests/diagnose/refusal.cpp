@@ -21,7 +21,8 @@ TEST(Answer, IsAFamilyWhoseLawIsNotAmongTheCandidates) {
     const std::vector<measure::Measurement> recordings{beam::record(hidden.spec)};
     diagnose::DiagnosisOptions options = quick_diagnosis("relaxation,precurvature,camera_tilt");
     options.most_effects = 1;
-    const diagnose::Diagnosis found = diagnose::diagnose(recordings, options);
+    const diagnose::Diagnosis found =
+        diagnose::diagnose(diagnose::specimens_of(recordings), options);
     EXPECT_EQ(found.conclusion, diagnose::Conclusion::Effect) << found.reason;
     ASSERT_EQ(found.families.size(), 1U);
     EXPECT_EQ(found.families.front().family, physics::Family::MaterialDamping);
@@ -40,7 +41,7 @@ diagnose::Diagnosis with_taper(double relative_change) {
                     {"taper", {{"relative_change", relative_change}}}};
     const std::vector<measure::Measurement> recordings{beam::record(spec)};
     diagnose::DiagnosisOptions options = quick_diagnosis("quadratic_drag");
-    return diagnose::diagnose(recordings, options);
+    return diagnose::diagnose(diagnose::specimens_of(recordings), options);
 }
 
 // The misfit is a few times the noise, and its share is known to a fraction of a percent.

@@ -33,7 +33,7 @@ class FlawedRecording : public testing::TestWithParam<std::string> {
         const std::vector<measure::Measurement> recordings{beam::record(spec)};
         diagnose::DiagnosisOptions options = quick_diagnosis(
             "taper,bending_nonlinearity,relaxation,clamp_compliance,quadratic_drag,camera_tilt");
-        return diagnose::diagnose(recordings, options);
+        return diagnose::diagnose(diagnose::specimens_of(recordings), options);
     }
 };
 

@@ -24,7 +24,7 @@ diagnose::Diagnosis diagnosis_of(const std::vector<measure::Measurement>& record
                                  const fit::ChainOptions& chain = quick_fit().chain) {
     diagnose::DiagnosisOptions options;
     options.candidate.chain = chain;
-    return diagnose::diagnose(recordings, options);
+    return diagnose::diagnose(diagnose::specimens_of(recordings), options);
 }
 
 struct KnownAnswer {

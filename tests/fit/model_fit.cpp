@@ -89,7 +89,7 @@ TEST(Diagnosis, NamesAMassInTheRecordingThatCarriesItAndInNoOther) {
         beam("a", 20e-3), beam("b", 20e-3, {{"tip_mass", {{"mass_kg", mass}}}})};
     diagnose::DiagnosisOptions options;
     options.candidates = effects({"tip_mass"});
-    const diagnose::Diagnosis found = diagnose::diagnose(two, options);
+    const diagnose::Diagnosis found = diagnose::diagnose(diagnose::specimens_of(two), options);
     ASSERT_EQ(found.conclusion, diagnose::Conclusion::Effect) << found.reason;
     const std::vector<fit::FittedParameter>& numbers = found.ladder.back().fit.parameters;
     const auto named = [&](const std::string& name) {

@@ -29,7 +29,7 @@ struct Example {
         recordings = {beam::record(spec)};
         options.candidate.chain.spheres = 12;
         options.candidates = physics::parse_effects("tip_mass", {});
-        found = diagnose::diagnose(recordings, options);
+        found = diagnose::diagnose(diagnose::specimens_of(recordings), options);
         found.next_experiments.clear();
     }
     [[nodiscard]] std::string text() const {

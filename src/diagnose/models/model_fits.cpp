@@ -15,8 +15,9 @@ namespace culm::diagnose {
 namespace {
 
 constexpr int most_newton_steps = 12;
-/// Squared Newton step, in standard deviations, below which the shared numbers have converged.
-constexpr double small_step = 0.01;
+/// Squared Newton step, in standard deviations, below which the shared numbers have converged; the
+/// fits of the stems end at the same share of a standard error.
+constexpr double small_step = 0.1;
 constexpr double far_step = 1.0; ///< likewise: the minimum is not known
 /// A size ended absent within this part of its prior's deviation.
 constexpr double absent_within = 1e-6;
@@ -68,6 +69,8 @@ class ModelFits::Descent {
 
     /// Stems to be fitted now.
     [[nodiscard]] std::vector<std::size_t> next_stems() const {
+        if (!again_.empty())
+            return again_;
         std::vector<std::size_t> stems;
         for (const std::size_t s : fits_.stems_->fitted())
             if ((is_first_ && plan_.starts.contains(s)) ||
@@ -94,7 +97,7 @@ class ModelFits::Descent {
         if (is_first_ && start != plan_.starts.end() && !fits_.stems_->is_one() &&
             start->second.smaller != nullptr &&
             (found.fit.failed() || !found.evidence.absent_effects.empty()) &&
-            remove_absent(s, found, *start->second.smaller))
+            remove_absent(s, found, start->second.smaller))
             return; // the fit without the effect stays
         if (found.fit.failed() && model.failure.empty())
             model.failure =
@@ -107,34 +110,46 @@ class ModelFits::Descent {
     /// After all stems of a step were fitted.
     void take_step() {
         Model& model = plan_.model;
-        is_first_ = false;
+        const bool was_first = std::exchange(is_first_, false);
+        again_.clear();
         is_done_ = model.failed();
         for (const ActingEffect& each : model.effects)
             if (each.stems.empty() && !each.is_known && !is_done_) {
                 model.failure = each.name() + " is absent from every stem";
                 is_done_ = true;
             }
-        if (is_done_)
+        if (is_done_ || (was_first && leaves_absent()))
             return;
         fits_.judge(model);
         is_done_ = !has_shared_;
         if (has_shared_)
             move_shared();
+        is_done_ = is_done_ && (model.failed() || !leaves_absent());
     }
 
   private:
-    /// Removes from a stem those of its own effects that its new fit does not need; false if its
-    /// fit is that of fewer effects already.
-    bool remove_absent(std::size_t s, const StemFit& found, const fit::Fit& smaller) {
+    /// Beside new effects, others may end absent from a stem: it is fitted again without them.
+    bool leaves_absent() {
+        for (const std::size_t s : fits_.stems_->fitted())
+            if (!fits_.stems_->is_one() && remove_absent(s, plan_.model.stems[s], nullptr)) {
+                again_.push_back(s);
+                changes_[s] = {};
+            }
+        best_.reset();
+        steps_ = 0;
+        return !again_.empty();
+    }
+
+    /// Removes from a stem those own effects that its fit does not need, unless `smaller` has them;
+    /// false if there are none.
+    bool remove_absent(std::size_t s, const StemFit& found, const fit::Fit* smaller) {
+        const std::vector<std::string>& absent = found.evidence.absent_effects;
         bool is_removed = false;
-        for (ActingEffect& each : plan_.model.effects) {
-            const bool is_new = !fit::contains(smaller.effects, each.effect);
-            const bool is_absent = found.fit.failed() ||
-                                   std::ranges::find(found.evidence.absent_effects, each.name()) !=
-                                       found.evidence.absent_effects.end();
-            if (!each.is_shared() && is_new && is_absent)
+        for (ActingEffect& each : plan_.model.effects)
+            if (!each.is_shared() &&
+                (smaller == nullptr || !fit::contains(smaller->effects, each.effect)) &&
+                (found.fit.failed() || std::ranges::find(absent, each.name()) != absent.end()))
                 is_removed = std::erase(each.stems, s) > 0 || is_removed;
-        }
         return is_removed;
     }
 
@@ -187,6 +202,7 @@ class ModelFits::Descent {
     PlannedModel& plan_;
     ModelFits& fits_;
     std::vector<Eigen::VectorXd> changes_; ///< (stems) of their numbers
+    std::vector<std::size_t> again_;       ///< stems that have lost an effect
     std::optional<Model> best_;
     double reached_ = 0.0;
     double part_ = 1.0; ///< of a Newton step

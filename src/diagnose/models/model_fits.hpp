@@ -44,7 +44,7 @@ class ModelFits {
     /// each of Newton's steps for the shared numbers (sharing.hpp); a step is halved until the
     /// model gets better, and the fit fails if it does not converge.
     ///
-    /// With several stems an effect that ends absent from a stem is removed from that stem.
+    /// With several stems an own effect that ends absent from a stem is removed from that stem.
     void fit(std::vector<PlannedModel>& planned);
 
     /// log Z = Σ_s [log L_s + log π(θ_s) + ½ d_θ log 2π − ½ log|H_θθ,s|] + log π(φ) + ½ d_φ log 2π

@@ -160,11 +160,6 @@ void Linearised::compute_views(const Model& base) {
         views_[fitted[k]] = std::move(found[k]);
 }
 
-PredictedGain Linearised::gain_in(std::size_t stem,
-                                  const std::vector<std::size_t>& candidates) const {
-    return in_stem_[stem].gain(candidates);
-}
-
 RigView Linearised::view_of_rig(const std::string& rig, const Model& base,
                                 const std::vector<NoiseScale>& noise) const {
     const std::vector<std::size_t> on_rig = stems_->on_rig(rig);

@@ -31,8 +31,7 @@ class Linearised {
     [[nodiscard]] const std::map<std::string, RigView>& rigs() const { return rigs_; }
     /// Change of the log evidence of one stem by own effects, with the odds of each; what the
     /// shared numbers imitate is not counted.
-    [[nodiscard]] PredictedGain gain_in(std::size_t stem,
-                                        const std::vector<std::size_t>& candidates) const;
+    [[nodiscard]] const LinearEvidence& in_stem(std::size_t stem) const { return in_stem_[stem]; }
     /// The effect on a rig with the values of the linear estimate: number `place` of `gain`.
     [[nodiscard]] ActingEffect estimated(const std::string& rig, std::size_t candidate,
                                          std::size_t place, const PredictedGain& gain) const;

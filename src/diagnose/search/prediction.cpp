@@ -22,7 +22,7 @@ std::vector<Gain> gains_of(const Stems& stems, const Linearised& about, const st
         add(view.columns[set.back()], [&] { return view.linear.gain(set); });
     } else
         for (const std::size_t s : stems.fitted())
-            add(about.view(s).columns[set.back()], [&] { return about.gain_in(s, set); });
+            add(about.view(s).columns[set.back()], [&] { return about.in_stem(s).gain(set); });
     return gains;
 }
 
