@@ -85,8 +85,8 @@ TEST(Fit, FindsAHiddenTipMassNextToARecordingWithoutIt) {
 
 TEST(Diagnosis, NamesAMassInTheRecordingThatCarriesItAndInNoOther) {
     const double mass = 10e-6;
-    std::vector<measure::Measurement> two{
-        beam("a", 20e-3), beam("b", 20e-3, {{"tip_mass", {{"mass_kg", mass}}}})};
+    std::vector<measure::Measurement> two{beam("a", 20e-3),
+                                          beam("b", 20e-3, {{"tip_mass", {{"mass_kg", mass}}}})};
     two.front().specimen = two.back().specimen = "stem";
     diagnose::DiagnosisOptions options;
     options.candidates = effects({"tip_mass"});
