@@ -188,6 +188,7 @@ class Effects {
         });
         const std::vector<std::size_t> fitted = stems.fitted();
         std::vector<double> gains;
+        gains.reserve(fitted.size());
         for (const std::size_t s : fitted)
             gains.push_back(
                 gain_in(s, effect, smaller == search_.visited.end() ? nullptr : &*smaller));

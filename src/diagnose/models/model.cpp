@@ -69,27 +69,6 @@ std::vector<ActingEffect> without(std::vector<ActingEffect> effects, std::size_t
     return effects;
 }
 
-double Model::chi_squared() const {
-    double sum = 0.0;
-    for (const StemFit& stem : stems)
-        sum += stem.fit.chi_squared;
-    return sum;
-}
-
-double Model::readings() const {
-    double sum = 0.0;
-    for (const StemFit& stem : stems)
-        sum += static_cast<double>(stem.fit.readings);
-    return sum;
-}
-
-int Model::batches() const {
-    int sum = 0;
-    for (const StemFit& stem : stems)
-        sum += stem.fit.batches;
-    return sum;
-}
-
 bool Model::moves() const {
     return std::ranges::any_of(
         stems, [](const StemFit& stem) { return stem.fit.readings > 0 && stem.fit.moves(); });

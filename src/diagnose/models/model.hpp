@@ -74,10 +74,19 @@ struct Model {
     [[nodiscard]] std::size_t added() const;
 
     // Sums over the stems, and numbers of the fits themselves.
-    [[nodiscard]] double chi_squared() const;
-    [[nodiscard]] double readings() const;
-    [[nodiscard]] int batches() const;
+    [[nodiscard]] double chi_squared() const { return sum_of(&fit::Fit::chi_squared); }
+    [[nodiscard]] double readings() const { return sum_of(&fit::Fit::readings); }
+    [[nodiscard]] int batches() const { return static_cast<int>(sum_of(&fit::Fit::batches)); }
     [[nodiscard]] bool moves() const;
+
+  private:
+    template <class Member>
+    [[nodiscard]] double sum_of(Member member) const {
+        double sum = 0.0;
+        for (const StemFit& stem : stems)
+            sum += static_cast<double>(stem.fit.*member);
+        return sum;
+    }
 };
 
 /// The effects without number `place`.

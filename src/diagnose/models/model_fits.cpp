@@ -214,6 +214,7 @@ class ModelFits::Descent {
 
 void ModelFits::fit(std::vector<PlannedModel>& planned) {
     std::vector<Descent> descents;
+    descents.reserve(planned.size());
     for (PlannedModel& each : planned)
         descents.emplace_back(each, *this);
     for (;;) {

@@ -97,6 +97,7 @@ class Stems {
     [[nodiscard]] auto map(const std::vector<std::size_t>& of, const Work& work,
                            const std::vector<double>& efforts = {}) const {
         std::vector<double> costs;
+        costs.reserve(of.size());
         for (const std::size_t stem : of)
             costs.push_back(seconds_of(stem) * (efforts.empty() ? 1.0 : efforts[costs.size()]));
         return options_.map.values(costs, [&](std::size_t item, const run::Heartbeat& heartbeat) {

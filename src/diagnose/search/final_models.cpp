@@ -60,6 +60,7 @@ class FinalFits {
     void fit(const std::set<std::size_t>& models) {
         out_.fits.set_noise(noise_);
         std::vector<PlannedModel> planned;
+        planned.reserve(models.size());
         for (const std::size_t k : models)
             planned.push_back(plan_for(k));
         out_.fits.fit(planned);

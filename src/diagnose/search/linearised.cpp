@@ -164,6 +164,7 @@ RigView Linearised::view_of_rig(const std::string& rig, const Model& base,
                                 const std::vector<NoiseScale>& noise) const {
     const std::vector<std::size_t> on_rig = stems_->on_rig(rig);
     std::vector<const EffectView*> views;
+    views.reserve(on_rig.size());
     for (const std::size_t s : on_rig)
         views.push_back(&views_[s]);
     RigView out{{}, {{}, {}, {}}};

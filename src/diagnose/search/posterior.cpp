@@ -210,10 +210,11 @@ void name_members(const std::vector<Explanation>& explanations, const DiagnosisO
 }
 
 /// Adds the explanations, whose probabilities sum to `total`, and their sets of families.
-void add_explanations(std::map<Names, Explanation> sets, double total,
+void add_explanations(const std::map<Names, Explanation>& sets, double total,
                       const DiagnosisOptions& options, Posterior& out) {
     std::map<std::vector<std::pair<physics::Family, std::string>>, FamilyExplanation> by_family;
-    for (auto& [names, explanation] : sets) {
+    for (const auto& [names, sum] : sets) {
+        Explanation& explanation = out.explanations.emplace_back(sum);
         explanation.probability /= total;
         std::vector<NamedFamily> families = named_families(names, options);
         std::vector<std::pair<physics::Family, std::string>> key;
@@ -228,7 +229,6 @@ void add_explanations(std::map<Names, Explanation> sets, double total,
             entry.largest = explanation.probability;
             entry.model = explanation.model;
         }
-        out.explanations.push_back(explanation);
     }
     std::ranges::stable_sort(out.explanations, std::greater{}, &Explanation::probability);
     for (auto& [key, entry] : by_family) {
@@ -278,7 +278,7 @@ Posterior posterior_of(const SearchResult& search) {
     }
     for (ModelProbability& model : out.models)
         model.probability /= total;
-    add_explanations(std::move(sets), total, options, out);
+    add_explanations(sets, total, options, out);
     (void)judgement.material(search.best, &out.immaterial);
     return out;
 }

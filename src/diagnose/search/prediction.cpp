@@ -30,13 +30,14 @@ std::vector<Gain> gains_of(const Stems& stems, const Linearised& about, const st
 
 std::optional<Prediction> predicted(const Stems& stems, const Linearised& about, const Model& base,
                                     const std::string& rig, const std::vector<std::size_t>& set) {
-    constexpr double none = -std::numeric_limits<double>::infinity();
+    const double none = -std::numeric_limits<double>::infinity();
     const fit::SelectedEffects& candidates = stems.options().candidates;
     const double odds = static_cast<double>(set.size()) * log_prior_odds();
     const std::vector<Gain> units = gains_of(stems, about, rig, set);
     if (std::ranges::none_of(units, &Gain::has_value))
         return std::nullopt;
     std::vector<double> rises;
+    rises.reserve(units.size());
     for (const Gain& unit : units)
         rises.push_back(unit ? unit->log_evidence - odds : none);
     const std::vector<double> presence = presence_of(rises);

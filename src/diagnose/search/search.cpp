@@ -119,6 +119,7 @@ class Search {
 
     void visit(std::vector<PlannedModel> planned) {
         std::vector<std::string> names;
+        names.reserve(planned.size());
         for (const PlannedModel& each : planned)
             names.push_back(name_of(each.model.effects, stems_));
         options_.report(fmt::format("fitting {}", fmt::join(names, "; ")));
@@ -270,8 +271,9 @@ class Search {
             return entry.second.base != base_ && entry.second.candidates.size() > 1;
         });
         for (const auto& [rig, view] : about_->rigs())
-            for_each_set(options_.candidates.size(), room(rig),
-                         [&](const auto& set) { return predict(*about_, rig, base_, set); });
+            for_each_set(options_.candidates.size(), room(rig), [&, &of = rig](const auto& set) {
+                return predict(*about_, of, base_, set);
+            });
         // Sets of own effects are predicted for one stem; several get them one by one.
         for_each_set(options_.candidates.size(),
                      stems_.is_one() ? room({}) : std::min<std::size_t>(room({}), 1),
@@ -295,8 +297,10 @@ class Search {
             return false;
         found->base = base;
         found->noise = mean_of(fits_.noise(), this->base());
-        if (std::isfinite(found->gain))
-            predictions_[key_of(found->effects)] = *std::move(found);
+        if (std::isfinite(found->gain)) {
+            Prediction& place = predictions_[key_of(found->effects)];
+            place = *std::move(found);
+        }
         return true;
     }
 
