@@ -10,7 +10,7 @@ struct Policy {
     double effect_probability = 0.05;
     /// Margin below the best log evidence beyond which a model is not fitted: odds of 150 to 1.
     double unvisited_margin = 5.0;
-    /// Reduced χ² of a model above which its residual is not taken for noise.
+    /// Reduced χ² of a model above which its residual is far from noise.
     double rough_misfit = 4.0;
     /// Probability that an answer must have.
     double held_probability = 0.95;

@@ -249,6 +249,10 @@ class Search {
         return visited_[single.value_or(0)];
     }
 
+    [[nodiscard]] bool is_rough() const {
+        return base().chi_squared() > options_.policy.rough_misfit * base().readings();
+    }
+
     /// Those that differ from the base by one effect and were not fitted.
     [[nodiscard]] std::vector<PlannedModel> neighbours() {
         std::vector<PlannedModel> planned;
@@ -274,9 +278,10 @@ class Search {
             for_each_set(options_.candidates.size(), room(rig), [&, &of = rig](const auto& set) {
                 return predict(*about_, of, base_, set);
             });
-        // Sets of own effects are predicted for one stem; several get them one by one.
+        // Sets of own effects are predicted for one stem; several get them one by one, and so does
+        // a stem whose residual is far from noise, because the sets would soon be predicted again.
         for_each_set(options_.candidates.size(),
-                     stems_.is_one() ? room({}) : std::min<std::size_t>(room({}), 1),
+                     stems_.is_one() && !is_rough() ? room({}) : std::min<std::size_t>(room({}), 1),
                      [&](const auto& set) { return predict(*about_, {}, base_, set); });
     }
 
@@ -297,10 +302,8 @@ class Search {
             return false;
         found->base = base;
         found->noise = mean_of(fits_.noise(), this->base());
-        if (std::isfinite(found->gain)) {
-            Prediction& place = predictions_[key_of(found->effects)];
-            place = *std::move(found);
-        }
+        if (std::isfinite(found->gain))
+            predictions_.insert_or_assign(key_of(found->effects), *found);
         return true;
     }
 
@@ -374,8 +377,7 @@ class Search {
     /// Fits the likeliest models again with the noise about the best one; returns false if the
     /// noise is unchanged.
     [[nodiscard]] bool estimate_noise_again() {
-        const double rough = options_.policy.rough_misfit * base().readings();
-        if (base().effects.empty() || base().chi_squared() > rough || is_far_ ||
+        if (base().effects.empty() || is_rough() || is_far_ ||
             noise_estimates_ == most_noise_estimates || key_of(base().effects) == noise_about_)
             return false;
         noise_about_ = key_of(base().effects);
