@@ -5,8 +5,10 @@
 #include "fit/linear/scaled_solve.hpp"
 
 #include <algorithm>
-#include <cmath>
+#include <iterator>
 #include <utility>
+
+#include <fmt/core.h>
 
 namespace culm::diagnose {
 namespace {
@@ -120,15 +122,12 @@ void Linearised::compute_views(const Model& base) {
     const std::vector<std::size_t> fitted = stems_->fitted();
     const std::size_t count = stems_->options().candidates.size();
     const std::size_t parts = stems_->parts_per_stem(count);
-    const auto view = [&](std::size_t s, std::vector<EffectColumns> columns,
-                          const fit::FitOptions& options) {
-        return view_about(*stems_, s, base, std::move(columns), options);
-    };
     std::vector<EffectView> found;
     if (parts == 1) {
         found = stems_->map(fitted, [&](std::size_t item, const fit::FitOptions& options) {
             const std::size_t s = fitted[item];
-            return view(s, columns_about(*stems_, s, base, 0, count, options), options);
+            return view_about(*stems_, s, base, columns_about(*stems_, s, base, 0, count, options),
+                              options);
         });
     } else {
         const fit::SelectedEffects& candidates = stems_->options().candidates;
@@ -153,7 +152,7 @@ void Linearised::compute_views(const Model& base) {
             std::vector<EffectColumns> all;
             for (std::size_t part = 0; part < parts; ++part)
                 std::ranges::copy(columns[item * parts + part], std::back_inserter(all));
-            return view(fitted[item], std::move(all), options);
+            return view_about(*stems_, fitted[item], base, std::move(all), options);
         });
     }
     for (std::size_t k = 0; k < fitted.size(); ++k)
