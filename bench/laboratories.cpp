@@ -55,7 +55,7 @@ diagnose::DiagnosisOptions options_for(const Recordings& recordings, const core:
     return options;
 }
 
-/// Does a named family contain the hidden effect? An open one stands for all of its laws.
+/// Does a named family contain the hidden effect? An open one contains all of its laws.
 bool stands_for(const json& named, const std::string& hidden) {
     const std::string family = named["family"];
     if (named["is_open"])

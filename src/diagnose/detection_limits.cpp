@@ -55,7 +55,7 @@ std::vector<SeenColumn> columns_of(const EffectView& view, std::size_t candidate
     return columns;
 }
 
-/// Of an effect whose location alone changes the model: the derivative by its size where the
+/// For an effect whose location alone changes the model: the derivative by its size where the
 /// location changes least. Empty for other effects.
 std::optional<Signature> signature_beside_offset(const std::vector<SeenColumn>& columns) {
     std::optional<Signature> out;

@@ -115,7 +115,7 @@ void conclude(const SearchResult& search, Diagnosis& out) {
     const Model& answer = search.visited[out.alternatives.front().model];
     const auto is_chain = [](const FamilyExplanation& each) { return each.families.empty(); };
     const auto chain = std::ranges::find_if(out.alternatives, is_chain);
-    // Of several stems, an effect that the readings do not exclude biases all of them.
+    // An effect that the readings of several stems do not exclude biases all of them.
     const bool chain_is_likely =
         chain != out.alternatives.end() && (stems.is_one() || out.alternatives.size() == 1);
     const SetVerdict& of_chain = search.visited.front().stems[0].verdict;
@@ -208,7 +208,7 @@ int spheres_of_search(std::span<const Specimen> specimens, const DiagnosisOption
     return std::ranges::max(answers, {}, &Answer::first).first;
 }
 
-/// What is told of one stem alone.
+/// Adds the parts of a diagnosis that only one stem has.
 void add_details(const SearchResult& search, Diagnosis& out) {
     const DiagnosisOptions& options = search.stems->options();
     const ObservedStem& stem = (*search.stems)[0];

@@ -70,7 +70,7 @@ effect_names(const std::vector<diagnose::OwnedEffect>& effects, bool is_one_stem
 [[nodiscard]] std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report);
 
 /// The verdict as text and the most informative experiment; without a named effect also the
-/// detection limits. `with_details`: all tables. Of several stems laboratory_text().
+/// detection limits. `with_details`: all tables. For several stems laboratory_text().
 [[nodiscard]] std::string diagnosis_text(const DiagnosisReport& report, bool with_details,
                                          const TextStyle& style);
 

@@ -144,7 +144,7 @@ struct ChosenTerms {
     std::vector<double> probabilities;
 };
 
-/// What the base shows of each term alone, as of an effect with one size.
+/// The signature of each term about the base: that of an effect with one size.
 EffectView view_of_terms(UserLawKind kind, const std::vector<std::string>& terms,
                          const std::vector<double>& scales, const fit::Fit& base,
                          std::span<const fit::ObservedRecording> recordings,
@@ -169,8 +169,8 @@ EffectView view_of_terms(UserLawKind kind, const std::vector<std::string>& terms
     return view_of(std::move(candidates), shared_columns(base, recordings, {}));
 }
 
-/// Chooses among all sets of terms by their log evidence. What the likeliest set leaves is noise to
-/// all of them, because the true force need not be among them.
+/// Chooses among all sets of terms by their log evidence. The residual of the likeliest set counts
+/// as noise in all of them, because the true force need not be among them.
 ChosenTerms choose_terms(UserLawKind kind, const fit::Fit& base,
                          std::span<const fit::ObservedRecording> recordings,
                          const fit::FitOptions& options) {

@@ -27,7 +27,7 @@ struct ActingEffect {
     [[nodiscard]] bool acts_in(std::size_t stem) const;
 };
 
-/// The effect `shared` by the stems on the rig, or of the `stems`.
+/// The effect shared by all fitted stems on the rig, with the default values of the first one.
 [[nodiscard]] ActingEffect on_rig(const physics::SelectedEffect& effect, const std::string& rig,
                                   const Stems& stems);
 

@@ -57,7 +57,7 @@ std::vector<Eigen::Index> places_of(const EffectView& view, const SharedMinimum&
     return places;
 }
 
-/// What a stem shows, with the residual at the common values of the shared numbers.
+/// Gram matrix and overlap of a stem, with the residual at the common values of the shared numbers.
 Normal normal_of(const EffectView& view, const SharedMinimum& shared, double variance) {
     Normal out{view.gram_matrix() / variance, view.overlap_vector() / variance};
     const std::vector<Eigen::Index> places = places_of(view, shared);

@@ -26,7 +26,7 @@ class Linearised {
     /// Computes the columns of the candidates on all ranks. `noise` (stems) divides what they show.
     Linearised(const Stems& stems, const Model& base, const std::vector<NoiseScale>& noise);
 
-    /// What a stem shows that is not left out.
+    /// The view of a stem that was fitted.
     [[nodiscard]] const EffectView& view(std::size_t stem) const { return views_[stem]; }
     [[nodiscard]] const std::map<std::string, RigView>& rigs() const { return rigs_; }
     /// Change of the log evidence of one stem by own effects, with the odds of each; what the

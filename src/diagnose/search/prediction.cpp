@@ -10,7 +10,7 @@ namespace {
 
 using Gain = std::optional<PredictedGain>; ///< empty: the effects cannot act there
 
-/// What each unit that has its own numbers shows of a set: a rig, or every stem.
+/// The gain by a set in each unit that has its own numbers: a rig, or every stem.
 std::vector<Gain> gains_of(const Stems& stems, const Linearised& about, const std::string& rig,
                            const std::vector<std::size_t>& set) {
     std::vector<Gain> gains;

@@ -307,8 +307,8 @@ class Search {
         return true;
     }
 
-    /// Predicts the models in which another effect stands in the place of one of the base's. A swap
-    /// is a single addition to the model without that effect, which was fitted.
+    /// Predicts the models in which another effect replaces one of the base's. A swap is a single
+    /// addition to the model without that effect, which was fitted.
     void predict_swaps() {
         const std::vector<ActingEffect> effects = base().effects;
         for (std::size_t k = 0; k < effects.size(); ++k) {

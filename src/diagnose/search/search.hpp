@@ -47,7 +47,7 @@ struct SearchResult {
                                          const DiagnosisOptions& options);
 
 /// Noise by which the models of a search are judged. One stem counts with the noise that its fits
-/// assume. Of several, a stem that the best model does not explain counts less than the others.
+/// assume. Among several, a stem that the best model does not explain counts less than the others.
 [[nodiscard]] std::vector<NoiseScale> noise_of_search(const Stems& stems, const Model& best);
 
 /// Sets the noise about the best model and the log evidence of all models with it.
