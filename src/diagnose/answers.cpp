@@ -181,17 +181,14 @@ class Effects {
     void add_stems(const ActingEffect& effect, EffectAnswer& added) const {
         const Stems& stems = *search_.stems;
         const auto place = std::ranges::find(answer_.effects, owned(effect), owned);
-        const ModelKey rest =
-            key_of(without(answer_.effects, std::size_t(place - answer_.effects.begin())));
-        const auto smaller = std::ranges::find_if(search_.visited, [&](const Model& each) {
-            return !each.failed() && key_of(each.effects) == rest;
-        });
+        const Model* const smaller =
+            find_model(search_.visited,
+                       without(answer_.effects, std::size_t(place - answer_.effects.begin())));
         const std::vector<std::size_t> fitted = stems.fitted();
         std::vector<double> gains;
         gains.reserve(fitted.size());
         for (const std::size_t s : fitted)
-            gains.push_back(
-                gain_in(s, effect, smaller == search_.visited.end() ? nullptr : &*smaller));
+            gains.push_back(gain_in(s, effect, smaller));
         const std::vector<double> presence = presence_of(gains);
         for (std::size_t k = 0; k < fitted.size(); ++k) {
             const std::string& name = stems.specimen(fitted[k]).name;
@@ -205,7 +202,7 @@ class Effects {
     [[nodiscard]] double gain_in(std::size_t s, const ActingEffect& effect,
                                  const Model* smaller) const {
         if (effect.acts_in(s))
-            return smaller == nullptr
+            return smaller == nullptr || smaller->failed()
                        ? std::numeric_limits<double>::infinity()
                        : log_evidence(answer_.stems[s].evidence, search_.fits.noise()[s]) -
                              log_evidence(smaller->stems[s].evidence, search_.fits.noise()[s]) -

@@ -33,10 +33,8 @@ bool is_only_law(const SearchResult& search, std::size_t model, const OwnedEffec
         std::vector<ActingEffect> swapped = effects;
         swapped[static_cast<std::size_t>(own - effects.begin())].effect =
             physics::parse_effect(other->name(), {});
-        return std::ranges::any_of(search.visited, [&](const Model& each) {
-            return std::ranges::any_of(each.stems, is_inadequate) &&
-                   key_of(each.effects) == key_of(swapped);
-        });
+        const Model* const found = find_model(search.visited, swapped);
+        return found != nullptr && std::ranges::any_of(found->stems, is_inadequate);
     });
 }
 

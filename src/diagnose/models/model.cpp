@@ -87,6 +87,13 @@ ModelKey key_of(const std::vector<ActingEffect>& effects) {
     return key;
 }
 
+const Model* find_model(const std::vector<Model>& models,
+                        const std::vector<ActingEffect>& effects) {
+    const auto found = std::ranges::find(models, key_of(effects),
+                                         [](const Model& each) { return key_of(each.effects); });
+    return found == models.end() ? nullptr : &*found;
+}
+
 std::string name_of(const std::vector<ActingEffect>& effects, const Stems& stems) {
     fit::SelectedEffects selected;
     std::vector<std::string> names;

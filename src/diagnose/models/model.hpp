@@ -101,6 +101,10 @@ struct Model {
 using ModelKey = std::vector<std::string>;
 [[nodiscard]] ModelKey key_of(const std::vector<ActingEffect>& effects);
 
+/// The model with exactly these effects that was fitted or failed; null: none.
+[[nodiscard]] const Model* find_model(const std::vector<Model>& models,
+                                      const std::vector<ActingEffect>& effects);
+
 /// "baseline + quadratic_drag of rig A + taper"; "of stems" where there are several.
 [[nodiscard]] std::string name_of(const std::vector<ActingEffect>& effects, const Stems& stems);
 

@@ -130,12 +130,8 @@ class Search {
         }
     }
 
-    [[nodiscard]] std::vector<Model>::iterator visited(const std::vector<ActingEffect>& effects) {
-        return std::ranges::find(visited_, key_of(effects),
-                                 [](const Model& each) { return key_of(each.effects); });
-    }
-    [[nodiscard]] bool is_visited(const std::vector<ActingEffect>& effects) {
-        return visited(effects) != visited_.end();
+    [[nodiscard]] bool is_visited(const std::vector<ActingEffect>& effects) const {
+        return find_model(visited_, effects) != nullptr;
     }
 
     /// Each stem starts from its numbers in the model that was fitted before, in the base, or from
@@ -177,10 +173,8 @@ class Search {
 
     /// The model as it was fitted with a previous noise; null: it was not.
     [[nodiscard]] const Model* fitted_before(const std::vector<ActingEffect>& effects) const {
-        const auto found = std::ranges::find_if(visited_before_, [&](const Model& each) {
-            return !each.failed() && key_of(each.effects) == key_of(effects);
-        });
-        return found == visited_before_.end() ? nullptr : &*found;
+        const Model* const found = find_model(visited_before_, effects);
+        return found == nullptr || found->failed() ? nullptr : found;
     }
 
     [[nodiscard]] std::vector<fit::StartModels>
@@ -315,11 +309,11 @@ class Search {
             if (effects[k].is_known)
                 continue;
             const std::vector<ActingEffect> smaller = without(effects, k);
-            const auto found = visited(smaller);
-            if (found == visited_.end() || found->failed() || !found->moves() ||
+            const Model* const found = find_model(visited_, smaller);
+            if (found == nullptr || found->failed() || !found->moves() ||
                 !swapped_.insert(key_of(smaller)).second)
                 continue;
-            const auto base = static_cast<std::size_t>(found - visited_.begin());
+            const auto base = static_cast<std::size_t>(found - visited_.data());
             const Linearised about(stems_, *found, fits_.noise());
             for (std::size_t c = 0; c < options_.candidates.size(); ++c) {
                 for (const auto& [rig, view] : about.rigs())
