@@ -42,21 +42,9 @@ struct DiagnosisReport {
 [[nodiscard]] std::string explanation_name(const diagnose::Diagnosis& found,
                                            const std::vector<diagnose::NamedFamily>& families);
 
-/// The likeliest first.
-[[nodiscard]] std::vector<const diagnose::ModelProbability*>
-by_probability(const std::vector<diagnose::ModelProbability>& models);
-
-/// Members of `culm diagnose --json`. Numbers of a failed fit are null.
-[[nodiscard]] nlohmann::json
-probabilities_json(const std::vector<diagnose::ModelProbability>& models, bool is_one_stem);
-[[nodiscard]] nlohmann::json families_json(const std::vector<diagnose::NamedFamily>& families);
-[[nodiscard]] nlohmann::json
-alternatives_json(const std::vector<diagnose::FamilyExplanation>& alternatives);
-
-[[nodiscard]] nlohmann::json
-explanations_json(const std::vector<diagnose::Explanation>& explanations, bool is_one_stem);
-[[nodiscard]] nlohmann::json immaterial_json(const std::vector<diagnose::ImmaterialEffect>& effects,
-                                             bool is_one_stem);
+/// The members of `culm diagnose --json` on the answer, of one stem or several. Numbers of a failed
+/// fit are null.
+[[nodiscard]] nlohmann::json answer_json(const diagnose::Diagnosis& found);
 
 /// "quadratic_drag"; of several stems "quadratic_drag of rig A", "taper of stems".
 [[nodiscard]] std::vector<std::string>

@@ -9,7 +9,6 @@
 #include "present/text.hpp"
 
 #include <algorithm>
-#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -150,13 +149,10 @@ json missing_force_json(const diagnose::MissingForce& force) {
 
 /// The residuals of one recording of a joint fit, as `culm compare` reports them.
 json where_of(const DiagnosisReport& report, std::size_t part) {
-    const auto one = [part](fit::Fit fit) {
-        fit.parts = {fit.parts[part]};
-        return fit;
-    };
-    const measure::Measurement& recording = report.recordings[part];
-    const fit::Fit fit = one(report.best_fit());
-    const diagnose::Comparison comparison = diagnose::compare(fit, recording, report.found.policy);
+    fit::Fit fit = report.best_fit();
+    fit.parts = std::vector{fit.parts[part]};
+    const diagnose::Comparison comparison =
+        diagnose::compare(fit, report.recordings[part], report.found.policy);
     json where = where_json(comparison, fit.parts.front());
     where["frequency_vs_amplitude"] =
         against_amplitude_json(comparison.windows, &residuals::WindowFit::frequency);
@@ -194,44 +190,13 @@ void add_recordings(const DiagnosisReport& report, json& document) {
     }
 }
 
-} // namespace
-
-json explanations_json(const std::vector<diagnose::Explanation>& explanations, bool is_one_stem) {
-    json out = json::array();
-    for (const diagnose::Explanation& explanation : explanations)
-        if (explanation.probability >= least_listed)
-            out.push_back({{"effects", effect_names(explanation.effects, is_one_stem)},
-                           {"probability", number(explanation.probability)}});
-    return out;
-}
-
-json immaterial_json(const std::vector<diagnose::ImmaterialEffect>& effects, bool is_one_stem) {
-    return array_of(effects, [&](const diagnose::ImmaterialEffect& effect) -> json {
-        return {{"effect", effect_names({effect.effect}, is_one_stem).front()},
-                {"over_noise", number(effect.over_noise)}};
-    });
-}
-
-std::vector<const diagnose::ModelProbability*>
-by_probability(const std::vector<diagnose::ModelProbability>& models) {
-    std::vector<const diagnose::ModelProbability*> sorted;
-    for (const diagnose::ModelProbability& model : models)
-        sorted.push_back(&model);
-    std::ranges::stable_sort(sorted, std::greater{},
-                             [](const auto* model) { return model->probability; });
-    return sorted;
-}
-
-json probabilities_json(const std::vector<diagnose::ModelProbability>& models, bool is_one_stem) {
-    json out = json::array();
-    for (const diagnose::ModelProbability* model : by_probability(models)) {
-        json& entry = out.emplace_back(json{{"effects", effect_names(model->effects, is_one_stem)},
-                                            {"log_evidence", number(model->log_evidence)},
-                                            {"probability", number(model->probability)}});
-        if (!model->failure.empty()) {
-            entry["failure"] = model->failure;
-            entry["log_evidence"] = nullptr;
-        }
+json model_json(const diagnose::ModelProbability& model, bool is_one_stem) {
+    json out{{"effects", effect_names(model.effects, is_one_stem)},
+             {"log_evidence", number(model.log_evidence)},
+             {"probability", number(model.probability)}};
+    if (!model.failure.empty()) {
+        out["failure"] = model.failure;
+        out["log_evidence"] = nullptr;
     }
     return out;
 }
@@ -247,42 +212,55 @@ json families_json(const std::vector<diagnose::NamedFamily>& families) {
     });
 }
 
-json alternatives_json(const std::vector<diagnose::FamilyExplanation>& alternatives) {
-    return array_of(alternatives, [](const diagnose::FamilyExplanation& each) -> json {
-        return {{"families", families_json(each.families)},
-                {"probability", number(each.probability)}};
-    });
+} // namespace
+
+json answer_json(const diagnose::Diagnosis& found) {
+    const bool is_one_stem = found.stems.size() == 1;
+    json out{{"reason", found.reason},
+             {"probability", number(found.probability)},
+             {"families", families_json(found.families)},
+             {"alternatives", json::array()},
+             {"explanations", json::array()},
+             {"immaterial", json::array()},
+             {"models", json::array()}};
+    for (const diagnose::FamilyExplanation& each : found.alternatives)
+        out["alternatives"].push_back({{"families", families_json(each.families)},
+                                       {"probability", number(each.probability)}});
+    for (const diagnose::Explanation& each : found.posterior.explanations)
+        if (each.probability >= least_listed)
+            out["explanations"].push_back({{"effects", effect_names(each.effects, is_one_stem)},
+                                           {"probability", number(each.probability)}});
+    for (const diagnose::ImmaterialEffect& each : found.posterior.immaterial)
+        out["immaterial"].push_back({{"effect", effect_names({each.effect}, is_one_stem).front()},
+                                     {"over_noise", number(each.over_noise)}});
+    for (const diagnose::ModelProbability& each : found.posterior.models)
+        out["models"].push_back(model_json(each, is_one_stem));
+    return out;
 }
 
 json diagnosis_json(const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = report.found;
     if (found.stems.size() > 1)
         return laboratory_json(found);
-    json document{
-        {"format", "culm-diagnosis"},
-        {"version", 2},
-        {"verdict", diagnose::to_string(found.conclusion)},
-        {"reason", found.reason},
-        {"sentences", diagnosis_sentences(report)},
-        {"effects", found.effects},
-        {"probability", number(found.probability)},
-        {"families", families_json(found.families)},
-        {"alternatives", alternatives_json(found.alternatives)},
-        {"explained", number(found.explained)},
-        {"unexplained_mm", number(1e3 * found.unexplained)},
-        {"unexplained_share_of_swing", number(found.unexplained_share)},
-        {"baseline", baseline_json(found)},
-        {"parameters", parameters_with_units(report.parameters())},
-        {"models", probabilities_json(found.posterior.models, true)},
-        {"explanations", explanations_json(found.posterior.explanations, true)},
-        {"immaterial", immaterial_json(found.posterior.immaterial, true)},
-        {"largest_unvisited", largest_unvisited_json(found.largest_unvisited)},
-        {"failed", failed_json(found.posterior.models)},
-        {"ladder", models_json(found.ladder)},
-        {"blind_spots", blind_spots_json(found.blind_spots)},
-        {"next_experiment", experiments_json(found.next_experiments)},
-        {"missing_force", found.missing_force ? missing_force_json(*found.missing_force) : json()},
-        {"runs", found.batches}};
+    json document = answer_json(found);
+    document.update(
+        {{"format", "culm-diagnosis"},
+         {"version", 2},
+         {"verdict", diagnose::to_string(found.conclusion)},
+         {"sentences", diagnosis_sentences(report)},
+         {"effects", found.effects},
+         {"explained", number(found.explained)},
+         {"unexplained_mm", number(1e3 * found.unexplained)},
+         {"unexplained_share_of_swing", number(found.unexplained_share)},
+         {"baseline", baseline_json(found)},
+         {"parameters", parameters_with_units(report.parameters())},
+         {"largest_unvisited", largest_unvisited_json(found.largest_unvisited)},
+         {"failed", failed_json(found.posterior.models)},
+         {"ladder", models_json(found.ladder)},
+         {"blind_spots", blind_spots_json(found.blind_spots)},
+         {"next_experiment", experiments_json(found.next_experiments)},
+         {"missing_force", found.missing_force ? missing_force_json(*found.missing_force) : json()},
+         {"runs", found.batches}});
     add_recordings(report, document);
     return document;
 }

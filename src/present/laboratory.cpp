@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
 #include <iterator>
 #include <map>
 #include <vector>
@@ -137,13 +136,13 @@ std::string stem_table(const Laboratory& laboratory) {
                                   fmt::join(stem.own, ", "))
                     : fmt::format("{:<12} left out\n", stem.name);
     text += "\nmodels, log evidence over the best\n";
-    for (const diagnose::ModelProbability* model : by_probability(laboratory.posterior.models))
-        if (std::isfinite(model->log_evidence) && model->failure.empty())
+    for (const diagnose::ModelProbability& model : laboratory.posterior.models)
+        if (std::isfinite(model.log_evidence) && model.failure.empty())
             text += fmt::format(
-                "{:>10.1f}  {}\n", model->log_evidence,
-                model->effects.empty()
+                "{:>10.1f}  {}\n", model.log_evidence,
+                model.effects.empty()
                     ? "the published chain"
-                    : fmt::format("{}", fmt::join(effect_names(model->effects, false), " + ")));
+                    : fmt::format("{}", fmt::join(effect_names(model.effects, false), " + ")));
     return text;
 }
 
@@ -238,35 +237,28 @@ json rig_effects_json(std::span<const diagnose::EffectAnswer> effects) {
 json laboratory_json(const Laboratory& laboratory) {
     std::vector<std::string> sentences{diagnosis_headline(laboratory)};
     std::ranges::copy(explanation_sentences(laboratory), std::back_inserter(sentences));
-    return {{"format", "culm-laboratory"},
-            {"version", 1},
-            {"conclusion", std::string(to_string(laboratory.conclusion))},
-            {"reason", laboratory.reason},
-            {"probability", number(laboratory.probability)},
-            {"sentences", sentences},
-            {"families", families_json(laboratory.families)},
-            {"alternatives", alternatives_json(laboratory.alternatives)},
-            {"explanations", explanations_json(laboratory.posterior.explanations, false)},
-            {"immaterial", immaterial_json(laboratory.posterior.immaterial, false)},
-            {"rig_effects", rig_effects_json(laboratory.answers)},
-            {"stem_effects", stem_effects_json(laboratory.answers)},
-            {"population",
-             {{"before", population_json(laboratory.before)},
-              {"after", population_json(laboratory.after)}}},
-            {"stems", array_of(laboratory.stems, stem_json)},
-            {"detection_limits", array_of(laboratory.shared_limits,
-                                          [](const diagnose::SharedLimit& limit) {
-                                              return json{{"effect", limit.effect},
-                                                          {"rig", limit.rig},
-                                                          {"parameter", limit.parameter},
-                                                          {"unit", limit.unit},
-                                                          {"one_stem", number(limit.of_one)},
-                                                          {"all_stems", number(limit.of_all)}};
-                                          })},
-            {"models", probabilities_json(laboratory.posterior.models, false)},
-            {"largest_unvisited_log_evidence",
-             laboratory.largest_unvisited ? number(laboratory.largest_unvisited->log_evidence)
-                                          : json()}};
+    const auto limit_json = [](const diagnose::SharedLimit& limit) -> json {
+        return {{"effect", limit.effect},           {"rig", limit.rig},
+                {"parameter", limit.parameter},     {"unit", limit.unit},
+                {"one_stem", number(limit.of_one)}, {"all_stems", number(limit.of_all)}};
+    };
+    json document = answer_json(laboratory);
+    document.update(
+        {{"format", "culm-laboratory"},
+         {"version", 1},
+         {"conclusion", to_string(laboratory.conclusion)},
+         {"sentences", sentences},
+         {"rig_effects", rig_effects_json(laboratory.answers)},
+         {"stem_effects", stem_effects_json(laboratory.answers)},
+         {"population",
+          {{"before", population_json(laboratory.before)},
+           {"after", population_json(laboratory.after)}}},
+         {"stems", array_of(laboratory.stems, stem_json)},
+         {"detection_limits", array_of(laboratory.shared_limits, limit_json)},
+         {"largest_unvisited_log_evidence", laboratory.largest_unvisited
+                                                ? number(laboratory.largest_unvisited->log_evidence)
+                                                : json()}});
+    return document;
 }
 
 std::string laboratory_text(const Laboratory& laboratory, bool with_details,

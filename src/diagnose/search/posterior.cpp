@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <optional>
 #include <tuple>
@@ -278,6 +279,7 @@ Posterior posterior_of(const SearchResult& search) {
     }
     for (ModelProbability& model : out.models)
         model.probability /= total;
+    std::ranges::stable_sort(out.models, std::greater{}, &ModelProbability::probability);
     add_explanations(sets, total, options, out);
     (void)judgement.material(search.best, &out.immaterial);
     return out;

@@ -55,7 +55,7 @@ struct ImmaterialEffect {
 };
 
 struct Posterior {
-    std::vector<ModelProbability> models;     ///< (visited models), in their order
+    std::vector<ModelProbability> models;     ///< (visited models), likeliest first
     std::vector<Explanation> explanations;    ///< likeliest first
     std::vector<FamilyExplanation> by_family; ///< likeliest first
     std::vector<ImmaterialEffect> immaterial; ///< of the best model
