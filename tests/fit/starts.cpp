@@ -6,6 +6,7 @@
 #include "fit/fit_model.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/library.hpp"
+#include "support/parameter_ids.hpp"
 #include "support/single_fit.hpp"
 
 #include <algorithm>
@@ -79,6 +80,22 @@ void expect_that_one_start_is_too_few(const Starts& starts) {
 TEST(Starts, AreSeveralForALocation) {
     expect_that_one_start_is_too_few(Starts(
         {"local_defect", {{"position_m", 0.05}, {"stiffness_factor", 0.3}}}, "local_defect"));
+}
+
+// At these places a stiff segment elsewhere changes the modes as the weak one does.
+TEST(Starts, LeadToADefectWhereItIs) {
+    const beam::RecordingSpec spec;
+    for (const double place : {0.2, 0.5}) {
+        const double position = place * spec.stem.length;
+        const fit::ObservedRecording recording =
+            recording_with({"local_defect", {{"position_m", position}, {"stiffness_factor", 0.3}}});
+        const fit::Fit found = fit_candidate(physics::parse_effects("local_defect", {}),
+                                             fit_baseline(recording), recording);
+        ASSERT_TRUE(found.is_fitted()) << found.reason;
+        EXPECT_NEAR(found.parts.front().find(id("local_defect.position_m"))->value, position,
+                    0.02 * spec.stem.length);
+        EXPECT_NEAR(found.parts.front().find(id("local_defect.stiffness_factor"))->value, 0.3, 0.1);
+    }
 }
 
 TEST(Starts, AreSeveralForAFrequency) {

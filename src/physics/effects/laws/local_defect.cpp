@@ -60,8 +60,11 @@ EffectPointer local_defect() {
              {place_parameter(
                   "position_m", "m", "s0: middle of the segment, from the clamp along the stem",
                   {.default_value = 0.05, .lower = 0.0, .upper = 10.0, .scale = 0.02},
+                  // Mode 2 does not bend at 0.22 L and bends most at 0.53 L. With fewer starts a
+                  // fit ends at a place where a stiff segment changes the modes like a weak one.
                   [](const StartScales& of) {
-                      return std::vector{0.1 * of.length, 0.35 * of.length, 0.65 * of.length};
+                      return std::vector{0.05 * of.length, 0.2 * of.length,  0.35 * of.length,
+                                         0.5 * of.length,  0.65 * of.length, 0.8 * of.length};
                   }),
               {.name = "stiffness_factor",
                .unit = "",
