@@ -140,11 +140,14 @@ Fit fit_again(const Fit& before, const Fit& smaller, std::span<const ObservedRec
 }
 
 double relative_cost(const SelectedEffects& effects) {
-    constexpr double of_spatial = 2.0; // two planar chains
-    return std::ranges::any_of(effects,
-                               [](const auto& each) { return each.effect->dimensions() > 2; })
-               ? of_spatial
-               : 1.0;
+    double cost = 1.0;
+    double planes = 1.0; // planar chains of a run
+    for (const physics::SelectedEffect& each : effects) {
+        cost += static_cast<double>(each.effect->parameters().size());
+        if (each.effect->dimensions() > 2)
+            planes = 2.0;
+    }
+    return planes * cost;
 }
 
 } // namespace culm::fit

@@ -77,7 +77,7 @@ baseline_with_noise_about(const Fit& larger, const BaselineFit& baseline,
                                        const ObservedRecording& recording,
                                        const ChainOptions& options = {});
 
-/// Cost of a run with these effects, relative to the published chain.
+/// Cost of a fit with these effects, relative to the published chain: runs change each parameter.
 [[nodiscard]] double relative_cost(const SelectedEffects& effects);
 
 } // namespace culm::fit

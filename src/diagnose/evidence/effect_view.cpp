@@ -8,9 +8,10 @@
 namespace culm::diagnose {
 namespace {
 
-/// Readings of all columns of the candidates, side by side.
-Eigen::MatrixXd column_matrix(std::span<const CandidateView> candidates, Eigen::Index rows) {
-    Eigen::Index count = 0;
+/// Readings of all columns of the candidates, side by side, and those of the shared numbers.
+Eigen::MatrixXd column_matrix(std::span<const CandidateView> candidates, const SharedColumns& of) {
+    const Eigen::Index rows = of.system.residual.size();
+    Eigen::Index count = std::ssize(of.columns);
     for (const CandidateView& each : candidates)
         count += each.columns.column_count();
     Eigen::MatrixXd readings(rows, count);
@@ -19,6 +20,7 @@ Eigen::MatrixXd column_matrix(std::span<const CandidateView> candidates, Eigen::
         for (const EffectNode& node : each.columns.nodes)
             for (const EffectColumn& column : node.columns)
                 readings.col(k++) = Eigen::Map<const Eigen::VectorXd>(column.readings.data(), rows);
+    readings.rightCols(std::ssize(of.columns)) = of.system.jacobian(Eigen::all, of.columns);
     return readings;
 }
 
@@ -59,16 +61,18 @@ EffectView view_of(std::vector<CandidateView> candidates, const SharedColumns& o
     EffectView view;
     view.shared = of.names;
     view.shared_at = of.at;
-    const Eigen::MatrixXd columns = column_matrix(candidates, of.system.residual.size());
-    Eigen::MatrixXd all(columns.rows(), columns.cols() + std::ssize(of.columns));
-    all.leftCols(columns.cols()) = columns;
-    all.rightCols(std::ssize(of.columns)) = of.system.jacobian(Eigen::all, of.columns);
-    const fit::Projector own(of.system.jacobian(Eigen::all, of.own));
-    const Eigen::MatrixXd remainder = own.remainder(all);
-    view.gram = numbers_of(Eigen::MatrixXd(remainder.transpose() * remainder));
+    const Eigen::MatrixXd columns = column_matrix(candidates, of);
+    const Eigen::MatrixXd jacobian = of.system.jacobian(Eigen::all, of.own);
+    const fit::Projector own(jacobian);
+    const Eigen::MatrixXd coefficients = own.coefficients(columns);
+    const Eigen::MatrixXd remainder = columns - jacobian * coefficients;
+    Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
+    gram.selfadjointView<Eigen::Lower>().rankUpdate(remainder.transpose());
+    view.gram = numbers_of(Eigen::MatrixXd(gram.selfadjointView<Eigen::Lower>()));
     view.overlap =
         numbers_of(Eigen::VectorXd(remainder.transpose() * own.remainder(of.system.residual)));
-    view.coefficients = numbers_of(own.coefficients(columns));
+    view.coefficients =
+        numbers_of(Eigen::MatrixXd(coefficients.leftCols(columns.cols() - std::ssize(of.columns))));
     for (CandidateView& candidate : candidates) {
         for (EffectNode& node : candidate.columns.nodes)
             for (EffectColumn& column : node.columns)

@@ -134,9 +134,9 @@ StemFit fit_stem(const Stems& stems, std::size_t stem, const StemEffects& effect
     const fit::FitOptions held = with_held(options, effects);
     const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
     const fit::Fit smaller = fit::rerun(*start.smaller, recordings, without_moved_inputs(held));
-    return finished(start.starts
-                        ? fit::fit_near(start.starts(held), effects.all, smaller, recordings, held)
-                        : fit_larger(effects.all, smaller, recordings, held),
+    return finished(start.starts ? fit::fit_near(start.starts(&smaller, held), effects.all, smaller,
+                                                 recordings, held)
+                                 : fit_larger(effects.all, smaller, recordings, held),
                     stems, stem, effects);
 }
 
@@ -149,7 +149,7 @@ StemFit fit_at_shared(const Stems& stems, std::size_t stem, const Model& model,
     fit::Fit fit;
     try {
         fit = fit::fit_jointly(start.starts
-                                   ? start.starts(held).front()
+                                   ? start.starts(nullptr, held).front()
                                    : start_at_shared(stems, stem, model, effects.all, change, held),
                                recordings, {held, false, stems[stem].noise});
     } catch (const core::NumericalError& error) {
@@ -160,36 +160,30 @@ StemFit fit_at_shared(const Stems& stems, std::size_t stem, const Model& model,
     return finished(fit, stems, stem, effects);
 }
 
-std::vector<EffectColumns> columns_about(const Stems& stems, std::size_t stem, const Model& model,
+std::vector<EffectColumns> columns_about(const Stems& stems, std::size_t stem, const fit::Fit& base,
                                          std::size_t first, std::size_t last,
                                          const fit::FitOptions& options) {
-    const StemEffects effects = model.effects_of(stem, stems);
-    const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
-    const fit::Fit base = base_fit(stems, stem, model, options);
     std::vector<EffectColumns> out;
     for (std::size_t c = first; c < last; ++c) {
         const physics::SelectedEffect& candidate = stems.options().candidates[c];
-        fit::SelectedEffects larger = effects.all;
+        fit::SelectedEffects larger = base.effects;
         larger.push_back(candidate);
-        if (fit::contains(effects.all, candidate))
+        if (fit::contains(base.effects, candidate))
             out.push_back({"it is in the model", {}, 0});
         else if (!can_be_combined(larger))
             out.push_back({combination_failure, {}, 0});
         else
-            out.push_back(effect_columns(base, candidate, recordings, options));
+            out.push_back(effect_columns(base, candidate, stems[stem].recordings, options));
     }
     return out;
 }
 
-EffectView view_about(const Stems& stems, std::size_t stem, const Model& model,
-                      std::vector<EffectColumns> columns, const fit::FitOptions& options) {
-    const StemEffects effects = model.effects_of(stem, stems);
-    const std::vector<fit::ObservedRecording>& recordings = stems[stem].recordings;
-    const fit::Fit base = base_fit(stems, stem, model, options);
+EffectView view_about(const Stems& stems, std::size_t stem, const Sharing& sharing,
+                      const fit::Fit& base, std::vector<EffectColumns> columns) {
     std::vector<CandidateView> candidates;
     for (std::size_t c = 0; c < columns.size(); ++c)
         candidates.push_back({stems.options().candidates[c], std::move(columns[c])});
-    return view_of(std::move(candidates), shared_columns(base, recordings, effects.sharing));
+    return view_of(std::move(candidates), shared_columns(base, stems[stem].recordings, sharing));
 }
 
 } // namespace culm::diagnose

@@ -24,8 +24,10 @@ namespace culm::diagnose {
 struct StemStart {
     /// Numbers of a fit with some of the effects; null: the fit begins at one point.
     const fit::Fit* smaller = nullptr;
-    /// As fit::fit_near() takes them; empty: as fit_larger(), or the stem's numbers in the model.
-    std::function<std::vector<fit::StartModels>(const fit::FitOptions&)> starts;
+    /// As fit::fit_near() takes them, about `smaller` with its parts (null: it is null); empty: as
+    /// fit_larger(), or the stem's numbers in the model.
+    std::function<std::vector<fit::StartModels>(const fit::Fit* smaller, const fit::FitOptions&)>
+        starts;
 };
 
 [[nodiscard]] StemFit fit_stem(const Stems& stems, std::size_t stem, const StemEffects& effects,
@@ -46,16 +48,14 @@ struct StemStart {
 /// Why a candidate has no columns.
 inline constexpr const char* combination_failure = "it cannot be combined with the model";
 
-/// Changes of a stem's readings by the candidates number `first` … `last` − 1 about its fit in the
-/// model.
+/// Changes of a stem's readings by the candidates number `first` … `last` − 1 about its base_fit().
 [[nodiscard]] std::vector<EffectColumns> columns_about(const Stems& stems, std::size_t stem,
-                                                       const Model& model, std::size_t first,
+                                                       const fit::Fit& base, std::size_t first,
                                                        std::size_t last,
                                                        const fit::FitOptions& options);
 
 /// `columns` (candidates), which have readings.
-[[nodiscard]] EffectView view_about(const Stems& stems, std::size_t stem, const Model& model,
-                                    std::vector<EffectColumns> columns,
-                                    const fit::FitOptions& options);
+[[nodiscard]] EffectView view_about(const Stems& stems, std::size_t stem, const Sharing& sharing,
+                                    const fit::Fit& base, std::vector<EffectColumns> columns);
 
 } // namespace culm::diagnose

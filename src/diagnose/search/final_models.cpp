@@ -85,7 +85,8 @@ class FinalFits {
             else if (stems_->is_one())
                 start.smaller = &out_.visited.front().stems[s].fit;
             if (k != 0 && numbers.moves() && !numbers.effects.empty())
-                start.starts = [this, s, &numbers](const fit::FitOptions& options) {
+                start.starts = [this, s, &numbers](const fit::Fit*,
+                                                   const fit::FitOptions& options) {
                     const Stems& from = *coarse_.stems;
                     return std::vector<fit::StartModels>{
                         fit::with_chain(numbers, from[s].recordings, from.options().candidate,

@@ -120,39 +120,46 @@ Linearised::Linearised(const Stems& stems, const Model& base, const std::vector<
 
 void Linearised::compute_views(const Model& base) {
     const std::vector<std::size_t> fitted = stems_->fitted();
-    const std::size_t count = stems_->options().candidates.size();
-    const std::size_t parts = stems_->parts_per_stem(count);
+    const fit::SelectedEffects& candidates = stems_->options().candidates;
+    const std::size_t parts = stems_->parts_per_stem(candidates.size());
+    const auto begin = [&](std::size_t part) { return part * candidates.size() / parts; };
+    std::vector<std::size_t> of; // each stem `parts` times
+    std::vector<double> efforts;
+    for (const std::size_t s : fitted)
+        for (std::size_t part = 0; part < parts; ++part) {
+            of.push_back(s);
+            efforts.push_back(
+                fit::relative_cost({candidates.begin() + std::ptrdiff_t(begin(part)),
+                                    candidates.begin() + std::ptrdiff_t(begin(part + 1))}));
+        }
+    std::pair<std::size_t, fit::Fit> last{stems_->size(), {}}; // base of a stem, on this rank
+    const auto base_of = [&](std::size_t s, const fit::FitOptions& options) -> const fit::Fit& {
+        if (last.first != s)
+            last = {s, base_fit(*stems_, s, base, options)};
+        return last.second;
+    };
+    const auto columns_of = [&](std::size_t item, const fit::FitOptions& options) {
+        const std::size_t part = item % parts;
+        return columns_about(*stems_, of[item], base_of(of[item], options), begin(part),
+                             begin(part + 1), options);
+    };
+    const auto view_with = [&](std::size_t s, std::vector<EffectColumns> columns,
+                               const fit::FitOptions& options) {
+        return view_about(*stems_, s, base.effects_of(s, *stems_).sharing, base_of(s, options),
+                          std::move(columns));
+    };
     std::vector<EffectView> found;
     if (parts == 1) {
         found = stems_->map(fitted, [&](std::size_t item, const fit::FitOptions& options) {
-            const std::size_t s = fitted[item];
-            return view_about(*stems_, s, base, columns_about(*stems_, s, base, 0, count, options),
-                              options);
+            return view_with(fitted[item], columns_of(item, options), options);
         });
     } else {
-        const fit::SelectedEffects& candidates = stems_->options().candidates;
-        std::vector<std::size_t> of; // each stem `parts` times
-        std::vector<double> efforts;
-        for (const std::size_t s : fitted)
-            for (std::size_t part = 0; part < parts; ++part) {
-                of.push_back(s);
-                efforts.push_back(fit::relative_cost(
-                    {candidates.begin() + std::ptrdiff_t(part * count / parts),
-                     candidates.begin() + std::ptrdiff_t((part + 1) * count / parts)}));
-            }
-        auto columns = stems_->map(
-            of,
-            [&](std::size_t item, const fit::FitOptions& options) {
-                const std::size_t part = item % parts;
-                return columns_about(*stems_, of[item], base, part * count / parts,
-                                     (part + 1) * count / parts, options);
-            },
-            efforts);
+        auto columns = stems_->map(of, columns_of, efforts);
         found = stems_->map(fitted, [&](std::size_t item, const fit::FitOptions& options) {
             std::vector<EffectColumns> all;
             for (std::size_t part = 0; part < parts; ++part)
-                std::ranges::copy(columns[item * parts + part], std::back_inserter(all));
-            return view_about(*stems_, fitted[item], base, std::move(all), options);
+                std::ranges::move(columns[item * parts + part], std::back_inserter(all));
+            return view_with(fitted[item], std::move(all), options);
         });
     }
     for (std::size_t k = 0; k < fitted.size(); ++k)

@@ -155,8 +155,9 @@ class Search {
                 continue;
             start.smaller = &from.stems[s].fit;
             if (prediction->base == base_ && about_)
-                start.starts = [this, s, prediction](const fit::FitOptions& options) {
-                    return estimate(s, *prediction, options);
+                start.starts = [this, s, prediction](const fit::Fit* smaller,
+                                                     const fit::FitOptions&) {
+                    return estimate(s, *prediction, *smaller);
                 };
         }
         return plan;
@@ -178,13 +179,13 @@ class Search {
     }
 
     [[nodiscard]] std::vector<fit::StartModels>
-    estimate(std::size_t s, const Prediction& prediction, const fit::FitOptions& options) const {
+    estimate(std::size_t s, const Prediction& prediction, const fit::Fit& smaller) const {
         const std::vector<fit::ObservedRecording>& recordings = stems_[s].recordings;
-        const fit::Fit fit = base_fit(stems_, s, base(), options);
         const SharedColumns columns =
-            shared_columns(fit, recordings, base().effects_of(s, stems_).sharing);
-        return starts_to_estimate({fit, recordings, columns, options_.candidates, about_->view(s)},
-                                  prediction.candidates, prediction.gains.at(s));
+            shared_columns(smaller, recordings, base().effects_of(s, stems_).sharing);
+        return starts_to_estimate(
+            {smaller, recordings, columns, options_.candidates, about_->view(s)},
+            prediction.candidates, prediction.gains.at(s));
     }
 
     // --- The search
