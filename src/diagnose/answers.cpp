@@ -207,12 +207,7 @@ class Effects {
                        : log_evidence(answer_.stems[s].evidence, search_.fits.noise()[s]) -
                              log_evidence(smaller->stems[s].evidence, search_.fits.noise()[s]) -
                              log_prior_odds();
-        const fit::SelectedEffects& candidates = search_.stems->options().candidates;
-        const auto c = static_cast<std::size_t>(
-            std::ranges::find_if(
-                candidates,
-                [&](const auto& each) { return each.effect->name() == effect.name(); }) -
-            candidates.begin());
+        const std::size_t c = search_.stems->options().place_of(effect.name());
         return !search_.about || !search_.about->view(s).columns[c].failure.empty()
                    ? -std::numeric_limits<double>::infinity()
                    : search_.about->in_stem(s).gain(std::array{c}).log_evidence - log_prior_odds();

@@ -62,10 +62,9 @@ EffectView view_of(std::vector<CandidateView> candidates, const SharedColumns& o
     view.shared = of.names;
     view.shared_at = of.at;
     const Eigen::MatrixXd columns = column_matrix(candidates, of);
-    const Eigen::MatrixXd jacobian = of.system.jacobian(Eigen::all, of.own);
-    const fit::Projector own(jacobian);
+    const fit::Projector own(of.system.jacobian(Eigen::all, of.own));
     const Eigen::MatrixXd coefficients = own.coefficients(columns);
-    const Eigen::MatrixXd remainder = columns - jacobian * coefficients;
+    const Eigen::MatrixXd remainder = own.remainder(columns, coefficients);
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
     gram.selfadjointView<Eigen::Lower>().rankUpdate(remainder.transpose());
     view.gram = numbers_of(Eigen::MatrixXd(gram.selfadjointView<Eigen::Lower>()));

@@ -61,10 +61,10 @@ SharedBlock block_of(const SharedColumns& stem) {
     SharedBlock block{stem.names, stem.at, {}, {}, {}};
     const Eigen::MatrixXd columns = stem.system.jacobian(Eigen::all, stem.columns);
     const fit::Projector own(stem.system.jacobian(Eigen::all, stem.own));
-    const Eigen::MatrixXd remainder = own.remainder(columns);
+    const Eigen::MatrixXd coefficients = own.coefficients(columns);
+    const Eigen::MatrixXd remainder = own.remainder(columns, coefficients);
     const Eigen::VectorXd gradient = remainder.transpose() * stem.system.residual;
     const Eigen::MatrixXd information = remainder.transpose() * remainder;
-    const Eigen::MatrixXd coefficients = own.coefficients(columns);
     Eigen::MatrixXd follow = Eigen::MatrixXd::Zero(stem.system.fitted, block.size());
     for (std::size_t k = 0; k < stem.own.size(); ++k)
         if (stem.own[k] < stem.system.fitted)

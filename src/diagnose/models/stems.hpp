@@ -8,6 +8,8 @@
 #include "fit/fit_model.hpp"
 #include "fit/fit_numbers.hpp"
 
+#include <algorithm>
+#include <cstddef>
 #include <functional>
 #include <set>
 #include <span>
@@ -39,6 +41,11 @@ struct DiagnosisOptions {
     std::function<void(const std::string&)> progress; ///< receives the next step; may be empty
     Policy policy;
 
+    /// Index of the candidate of this name; their number if there is none.
+    [[nodiscard]] std::size_t place_of(const std::string& effect) const {
+        const auto is_named = [&](const auto& each) { return each.effect->name() == effect; };
+        return std::size_t(std::ranges::find_if(candidates, is_named) - candidates.begin());
+    }
     void report(const std::string& next) const {
         if (progress)
             progress(next);

@@ -90,11 +90,8 @@ class Judgement {
     }
 
     [[nodiscard]] Names in_order(Names names) const {
-        const fit::SelectedEffects& candidates = search_.stems->options().candidates;
         std::ranges::sort(names, {}, [&](const OwnedEffect& name) {
-            const auto found = std::ranges::find_if(
-                candidates, [&](const auto& each) { return each.effect->name() == name.first; });
-            return std::pair(found - candidates.begin(), name);
+            return std::pair(search_.stems->options().place_of(name.first), name);
         });
         return names;
     }

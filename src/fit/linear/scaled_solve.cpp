@@ -38,10 +38,6 @@ Eigen::MatrixXd Projector::coefficients(const Eigen::MatrixXd& wanted) const {
     return scale_.cwiseInverse().asDiagonal() * Eigen::MatrixXd(solver_.solve(wanted));
 }
 
-Eigen::MatrixXd Projector::remainder(const Eigen::MatrixXd& wanted) const {
-    return wanted - columns_ * coefficients(wanted);
-}
-
 ScaledSpectrum::ScaledSpectrum(const Eigen::MatrixXd& matrix)
     : scale_(usable(matrix.diagonal().cwiseMax(0.0).cwiseSqrt())),
       unknown_(Eigen::VectorXd::Zero(matrix.rows())) {

@@ -23,7 +23,14 @@ class Projector {
     explicit Projector(const Eigen::MatrixXd& columns);
 
     [[nodiscard]] Eigen::MatrixXd coefficients(const Eigen::MatrixXd& wanted) const;
-    [[nodiscard]] Eigen::MatrixXd remainder(const Eigen::MatrixXd& wanted) const;
+    [[nodiscard]] Eigen::MatrixXd remainder(const Eigen::MatrixXd& wanted) const {
+        return remainder(wanted, coefficients(wanted));
+    }
+    /// From the coefficients() of `wanted`.
+    [[nodiscard]] Eigen::MatrixXd remainder(const Eigen::MatrixXd& wanted,
+                                            const Eigen::MatrixXd& coefficients) const {
+        return wanted - columns_ * coefficients;
+    }
 
   private:
     Eigen::MatrixXd columns_;

@@ -44,8 +44,8 @@ std::array<std::array<double, 4>, Count> lagrange_weights(std::span<const double
 
 constexpr double unseen = std::numeric_limits<double>::quiet_NaN();
 
-/// At `place` the cubic through four points: the sum of lagrange_weights() without arrays, which
-/// would be half of the time of a reading.
+/// At `place` the cubic through four points: the sum by lagrange_weights() without arrays, because
+/// a diagnosis calls it for every sample of every run.
 double cubic_through(double x0, double y0, double x1, double y1, double x2, double y2, double x3,
                      double y3, double place) {
     const double d0 = place - x0;
