@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Accuracy and cost of implicit methods on ring-downs of the published stem: culm's Rosenbrock
-// methods, the best of ARKODE's diagonally implicit ones, and CVODE.
+// methods and the best of ARKODE's diagonally implicit ones.
 #include "bench/implicit_probe.hpp"
 #include "bench/run_program.hpp"
 #include "core/error.hpp"
@@ -27,8 +27,8 @@ struct Candidate {
     std::vector<double> tolerances;
 };
 
-/// ARKODE and CVODE count the errors of bond histories and geometry too, so that equal tolerances
-/// do not mean equal errors: compare at equal errors.
+/// ARKODE counts the errors of bond histories and geometry too, so that equal tolerances do not
+/// mean equal errors: compare at equal errors.
 std::vector<Candidate> candidates() {
     const std::vector<double> rosenbrock{1e-4, 3e-5, 1e-5, 3e-6, 1e-6, 1e-7};
     const std::vector<double> sundials{1e-5, 2e-6, 1e-6, 1e-7};
@@ -40,8 +40,7 @@ std::vector<Candidate> candidates() {
             {"ARK436L2SA", 4, arkode_method("ARKODE_ARK436L2SA_DIRK_6_3_4"), sundials},
             {"QESDIRK436L2SA", 4, arkode_method("ARKODE_QESDIRK436L2SA_6_3_4"), sundials},
             {"ARK437L2SA", 4, arkode_method("ARKODE_ARK437L2SA_DIRK_7_3_4"), sundials},
-            {"ESDIRK325L2SA", 3, arkode_method("ARKODE_ESDIRK325L2SA_5_2_3"), sundials},
-            {"CVODE BDF2", 2, cvode_method(), sundials}};
+            {"ESDIRK325L2SA", 3, arkode_method("ARKODE_ESDIRK325L2SA_5_2_3"), sundials}};
 }
 
 struct Case {

@@ -74,30 +74,20 @@ Method method_in_use() {
     };
 }
 
-namespace {
+namespace {} // namespace
 
-Method sundials_method(integrate::SundialsSolver solver, const std::string& table) {
-    return [solver, table](Problem& problem) {
+Method arkode_method(const std::string& table) {
+    return [table](Problem& problem) {
         integrate::ImplicitOptions options;
         options.relative_tolerance = problem.tolerance;
         options.heartbeat = problem.heartbeat;
-        integrate::SundialsIntegrator<2> integrator(problem.chain.layout(), solver, table);
+        integrate::SundialsIntegrator<2> integrator(problem.chain.layout(), table);
         const integrate::LaneOutcome outcome = integrator.integrate(
             problem.chain, problem.state, problem.scales, record_length, problem.observe, options);
         if (outcome.failure)
             throw *outcome.failure;
         return outcome.work;
     };
-}
-
-} // namespace
-
-Method arkode_method(const std::string& table) {
-    return sundials_method(integrate::SundialsSolver::Arkode, table);
-}
-
-Method cvode_method() {
-    return sundials_method(integrate::SundialsSolver::Cvode, {});
 }
 
 std::optional<Probe> probe_ring_down(const StartedStem& start, const Method& method,

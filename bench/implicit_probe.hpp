@@ -46,8 +46,6 @@ using Method = std::function<integrate::SolveSummary(Problem&)>;
 [[nodiscard]] Method method_in_use();
 /// SUNDIALS' ARKODE with one of its DIRK tables, or with the usual one if the name is empty.
 [[nodiscard]] Method arkode_method(const std::string& table = {});
-/// SUNDIALS' CVODE.
-[[nodiscard]] Method cvode_method();
 /// A Rosenbrock method: Rodas5, or one of tests/integrate/rosenbrock_methods.hpp.
 template <class Coefficients>
 [[nodiscard]] Method rosenbrock_method() {

@@ -18,9 +18,8 @@ if [[ $(id -u) -eq 0 ]]; then
 fi
 cp "$root/config/schramm2019.toml" "$scratch/implicit.toml"
 cp "$root/config/schramm2019-sundials.toml" "$scratch/arkode.toml"
-sed 's/^solver = "arkode"/solver = "cvode"/' "$scratch/arkode.toml" >"$scratch/cvode.toml"
 for round in 1 2 3 4 5; do
-    for method in implicit arkode cvode; do
+    for method in implicit arkode; do
         rm -rf "$scratch/$method"
         /usr/bin/time -f "$method %e" -a -o "$scratch/wall" \
             "${launch[@]}" "$1/src/cli/culm" run "$scratch/$method.toml" -o "$scratch/$method" \
@@ -36,7 +35,7 @@ walls = [line.split() for line in (scratch / "wall").read_text().splitlines()]
 print("| method | wall, s | in the map, ms a point | steps a point | µs a step | map / RODAS5 |\n"
       "|---|---:|---:|---:|---:|---:|")
 first = None
-for method in ("implicit", "arkode", "cvode"):
+for method in ("implicit", "arkode"):
     runs = [json.loads(path.read_text()) for path in scratch.glob(f"{method}-*.json")]
     points = runs[0]["points"]
     steps = runs[0]["integrator"]["work"]["steps"]

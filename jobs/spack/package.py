@@ -20,7 +20,7 @@ class Culm(CMakePackage, PythonExtension):
     depends_on("mpi@3.1:")
     depends_on("eigen@3.4:3")
     depends_on("hdf5@1.10:~mpi")
-    depends_on("sundials@6.4:7+ARKODE+CVODE")
+    depends_on("sundials@6.4:7+ARKODE")
     depends_on("ceres-solver@2.1:2.1")
     depends_on("boost@1.74:")
     depends_on("tomlplusplus@3.3:")

@@ -20,12 +20,11 @@ namespace {
 /// Readings of the model at all measured heights and times.
 reduce::StemHistories simulated_histories(fit::StemModel model,
                                           const measure::Measurement& measurement,
-                                          const run::Integrator& integrator) {
+                                          run::IntegrationMethod method) {
     // The fit is finished: without derivatives any integrator may be used.
     model.parameters.clear();
     model.release_time_bound = 0.0;
-    model.spec.integrator.method = integrator.method;
-    model.spec.integrator.solver = integrator.solver;
+    model.spec.integrator.method = method;
     reduce::StemHistories stem = residuals::histories_of(measurement);
     const fit::ChainPrediction prediction = predict_readings(model, measurement.times);
     for (std::size_t j = 0; j < stem.heights.size(); ++j)
@@ -119,11 +118,10 @@ reduce::Bounds central_95_percent(std::vector<double> values) {
 CalibrationCheck check_calibration(const fit::StemModel& model,
                                    const measure::Measurement& measurement,
                                    const reduce::RingDownAnalysisOptions& options,
-                                   const run::Integrator& integrator) {
+                                   run::IntegrationMethod method) {
     CalibrationCheck check;
     check.measured = reduce::fit_stem(residuals::histories_of(measurement), options);
-    check.simulated =
-        reduce::fit_stem(simulated_histories(model, measurement, integrator), options);
+    check.simulated = reduce::fit_stem(simulated_histories(model, measurement, method), options);
     check.decay_per_cycle = paired_mean(check, &reduce::RingDownAnalysis::decay_per_cycle);
     check.frequency = paired_mean(check, &reduce::RingDownAnalysis::frequency);
     if (std::isinf(check.decay_per_cycle.standard_error))
@@ -149,7 +147,7 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
         try {
             result.check =
                 check_calibration(result.part().model, measurement,
-                                  check_options(measurement, options), options.check_integrator);
+                                  check_options(measurement, options), options.check_method);
         } catch (const core::NumericalError& error) {
             result.check_failure = error.what();
         }

@@ -40,20 +40,20 @@ struct CalibrationCheck {
     PairedMean frequency; ///< Hz
 };
 
-/// Simulates the calibrated stem over the whole record with `integrator` (its method and solver;
-/// the tolerance is the fit's) and fits Eq. 1 at every height to both, in the same way. Throws
+/// Simulates the calibrated stem over the whole record by `method` with the tolerance of the
+/// fit, and fits Eq. 1 at every height to both, in the same way. Throws
 /// core::NumericalError if Eq. 1 cannot be fitted to one of them.
 [[nodiscard]] CalibrationCheck check_calibration(const fit::StemModel& model,
                                                  const measure::Measurement& measurement,
                                                  const reduce::RingDownAnalysisOptions& options,
-                                                 const run::Integrator& integrator = {});
+                                                 run::IntegrationMethod method);
 
 struct CalibrationOptions {
     fit::FitOptions fit;
     /// Known physics in addition to the baseline; parameters that are not fixed are fitted too.
     std::vector<physics::SelectedEffect> effects;
     bool with_check = false;
-    run::Integrator check_integrator; ///< method and solver of the check's simulation
+    run::IntegrationMethod check_method = run::IntegrationMethod::Implicit; ///< of its simulation
 };
 
 struct Calibration {

@@ -31,9 +31,8 @@ enum class StoreLevel { Fit, Tip, Heights, Full };
 /// How a case is integrated in time.
 struct Integrator {
     IntegrationMethod method = IntegrationMethod::Implicit;
-    integrate::SundialsSolver solver = integrate::SundialsSolver::Arkode; ///< Sundials only
-    double timestep = 0.0;                                                ///< s; explicit only
-    double relative_tolerance = 2e-6;                                     ///< implicit methods only
+    double timestep = 0.0;               ///< s; explicit only
+    double relative_tolerance = 2e-6;    ///< implicit methods only
     std::int64_t step_limit = 2'000'000; ///< implicit methods only: a case that needs more fails
 };
 

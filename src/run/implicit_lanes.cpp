@@ -113,10 +113,9 @@ class ImplicitBatch {
         };
         if constexpr (lanes == 1) {
             if (integrators_ != nullptr && durations[0] > 0.0)
-                return {
-                    integrators_->integrator_for(chain.layout(), specs_.front().integrator.solver)
-                        .integrate(chain, released, scales, durations[0],
-                                   std::bind_front(observe, 0), options)};
+                return {integrators_->integrator_for(chain.layout())
+                            .integrate(chain, released, scales, durations[0],
+                                       std::bind_front(observe, 0), options)};
         }
         return integrate::integrate_lanes<Dim, T>(chain, released, scales, durations, observe,
                                                   options);

@@ -66,7 +66,7 @@ class Interruption(CulmTest):
             (self.folder / "out").rename(self.folder / f"out-{number}")
 
     def test_second_run_in_the_same_folder_waits_for_the_first(self):
-        self.write("s.toml", SLOW + "[integrator]\nmethod = \"sundials\"\nsolver = \"cvode\"\n")
+        self.write("s.toml", SLOW + "[integrator]\nmethod = \"sundials\"\nrelative_tolerance = 1e-9\n")
         process = self.start(PROGRAM, "run", "s.toml", "-o", "out", "-q")
         self.wait_for_points("out", 1)
         process.send_signal(signal.SIGSTOP)  # longer than it takes to announce the wait

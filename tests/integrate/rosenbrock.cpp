@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The orders of the Rosenbrock methods on the chain, and the independence of SIMD lanes.
-// sundials.cpp compares RODAS5 with ARKODE and CVODE.
+// sundials.cpp compares RODAS5 with ARKODE.
 #include "integrate/rosenbrock.hpp"
 
 #include "core/error.hpp"

@@ -2,8 +2,6 @@
 // The meaning of valid study files.
 #include "study/config/study_config.hpp"
 
-#include <numbers>
-
 #include <gtest/gtest.h>
 
 namespace culm::study {
@@ -26,8 +24,6 @@ TEST(Config, EmptyFileIsThePaperStemWithEveryDefault) {
     EXPECT_EQ(config.base.stem.bond_youngs_modulus, 1e9);
     EXPECT_EQ(config.base.tip_deflection, 15e-3);
     EXPECT_FALSE(config.base.law.shear_damping_torque);
-    EXPECT_EQ(config.base.law.damping_factor, 2.0);
-    EXPECT_EQ(config.base.law.damping_inertia, physics::DampingInertia::Reduced);
     EXPECT_EQ(config.base.integrator.method, run::IntegrationMethod::Implicit);
     EXPECT_EQ(config.base.integrator.relative_tolerance, 2e-6);
     EXPECT_EQ(config.base.dimensions, 2);
@@ -59,8 +55,6 @@ axial_gravity_m_s2 = -9.81
 tip_deflection_mm = 20
 [law]
 name = "consistent"
-damping_factor = "sqrt2"
-damping_inertia = "individual"
 [integrator]
 method = "explicit"
 timestep_s = 1e-9
@@ -86,8 +80,6 @@ trajectory_compression = 4
     EXPECT_EQ(config.base.tip_deflection, 0.02);
     EXPECT_TRUE(config.base.law.shear_damping_torque);
     EXPECT_TRUE(config.base.law.lever_arms_follow_bond);
-    EXPECT_EQ(config.base.law.damping_factor, std::numbers::sqrt2);
-    EXPECT_EQ(config.base.law.damping_inertia, physics::DampingInertia::Individual);
     EXPECT_EQ(config.base.integrator.method, run::IntegrationMethod::Explicit);
     EXPECT_EQ(config.base.integrator.timestep, 1e-9);
     EXPECT_EQ(config.base.dimensions, 3);

@@ -33,8 +33,6 @@ std::vector<std::string> toml_blocks(const std::string& text) {
 std::string file_for(const ConfigKey& key) {
     if (key.section == "timestep")
         return "[study]\nkind = \"timestep\"\n[timestep]\nfractions = [0.5]\n";
-    if (key.key == "solver")
-        return "[integrator]\nmethod = \"sundials\"\n";
     return "[" + key.section + "]\n";
 }
 

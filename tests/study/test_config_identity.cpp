@@ -22,7 +22,7 @@ TEST(ConfigIdentity, WritingDefaultsOutDoesNotMatter) {
               identity_of("[study]\nstore = \"tip\"\nseed = 1\n[stem]\nspheres = 56\n"
                           "sphere_diameter_mm = 2.83\nbond_length_mm = 2.83\n"
                           "bond_inner_diameter_mm = 0\ndensity_kg_m3 = 125\npoissons_ratio = 0.3\n"
-                          "[law]\nname = \"schramm2019\"\ndamping_factor = 2\n[integrator]\n"
+                          "[law]\nname = \"schramm2019\"\n[integrator]\n"
                           "method = \"implicit\"\nrelative_tolerance = 2e-6\n[vibration]\n"
                           "duration_s = 0.1\n[design]\ntype = \"factorial\"\nreplicates = 1\n"
                           "[reduce]\nwindow_s = 0.1\nsignificance = 0.05\n"));
@@ -47,8 +47,6 @@ TEST(ConfigIdentity, LinesAreSortedAndComplete) {
         "integrator.dimensions = 2\n"
         "integrator.method = implicit\n"
         "integrator.relative_tolerance = 2e-06\n"
-        "law.damping_factor = 2\n"
-        "law.damping_inertia = reduced\n"
         "law.name = schramm2019\n"
         "reduce.amplitude = free\n"
         "reduce.significance = 0.05\n"
@@ -76,7 +74,6 @@ TEST(ConfigIdentity, EverythingThatInfluencesResultsMatters) {
           "[study]\nstore = \"full\"\nheights_mm = [5]\n", "[stem]\ndensity_kg_m3 = 126\n",
           "[stem]\nbond_diameter_mm = 2.5\n", "[stem]\nlength_mm = 30\n",
           "[release]\ntip_deflection_mm = 14\n", "[law]\nname = \"consistent\"\n",
-          "[law]\ndamping_factor = \"sqrt2\"\n", "[law]\ndamping_inertia = \"individual\"\n",
           "[integrator]\nrelative_tolerance = 1e-7\n", "[integrator]\ndimensions = 3\n",
           "[integrator]\nmethod = \"explicit\"\ntimestep_s = 1e-10\n",
           "[vibration]\nduration_s = 0.2\n", "[vibration]\nsample_interval_s = 1e-4\n",

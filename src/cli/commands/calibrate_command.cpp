@@ -83,10 +83,8 @@ CalibrationPlan plan_of(const CalibrateArguments& arguments) {
     if (!arguments.effects.empty())
         plan.options.effects = study::effects_from(arguments.effects);
     plan.options.with_check = arguments.with_check;
-    if (arguments.check_integrator != "implicit")
-        plan.options.check_integrator.method = run::IntegrationMethod::Sundials;
-    if (arguments.check_integrator == "cvode")
-        plan.options.check_integrator.solver = integrate::SundialsSolver::Cvode;
+    if (arguments.check_integrator == "arkode")
+        plan.options.check_method = run::IntegrationMethod::Sundials;
     if (!arguments.via.empty())
         plan.study = study_for_calibration(arguments.via);
     for (const measure::Measurement& measurement : plan.read.measurements)
@@ -362,9 +360,8 @@ void add_calibration_options(CLI::App& command, CalibrateArguments& arguments) {
         "Simulate the calibrated stem and compare its b1 and b2 with the measured ones");
     command
         .add_option("--check-integrator", arguments.check_integrator,
-                    "Integrator of --check: implicit (the fit's own), or arkode or cvode of "
-                    "SUNDIALS")
-        ->check(CLI::IsMember({"implicit", "arkode", "cvode"}))
+                    "Integrator of --check: implicit (the fit's own), or arkode of SUNDIALS")
+        ->check(CLI::IsMember({"implicit", "arkode"}))
         ->needs(check);
     command
         .add_option(

@@ -9,7 +9,6 @@
 
 #include <arkode/arkode.h>
 #include <arkode/arkode_arkstep.h>
-#include <cvode/cvode.h>
 #include <sundials/sundials_config.h>
 #include <sundials/sundials_context.h>
 #include <sundials/sundials_types.h>
@@ -72,16 +71,6 @@ inline int silence_arkode([[maybe_unused]] void* arkode) {
 #else
     return ARKStepSetErrHandlerFn(
         arkode, [](int, const char*, const char*, char*, void*) {}, nullptr);
-#endif
-}
-
-/// The same for CVODE.
-inline int silence_cvode([[maybe_unused]] void* cvode) {
-#if SUNDIALS_VERSION_MAJOR >= 7
-    return 0;
-#else
-    return CVodeSetErrHandlerFn(
-        cvode, [](int, const char*, const char*, char*, void*) {}, nullptr);
 #endif
 }
 

@@ -10,7 +10,6 @@
 #include <array>
 #include <cmath>
 
-#include <cvode/cvode.h>
 #include <fmt/core.h>
 #include <sundials/sundials_version.h>
 
@@ -18,13 +17,6 @@ namespace culm::integrate {
 namespace {
 
 using namespace sundials;
-
-/// Allowed error of a step relative to ImplicitOptions::relative_tolerance. With equal tolerances
-/// the errors of CVODE's many short steps of order 2 add up to more than those of RODAS5 and
-/// ARKODE; with a hundredth, b1 and b2 are as accurate (docs/performance.md).
-double error_share(SundialsSolver solver) {
-    return solver == SundialsSolver::Arkode ? 1.0 : 0.01;
-}
 
 /// Method errors in the bonds' histories and geometry also appear in the positions. Errors of an
 /// unfinished Newton iteration do not, and they persist as a wrong shape at rest, or as a bond that
@@ -63,23 +55,23 @@ class ChainEquations final : public Equations {
     std::vector<double> weights_;
 };
 
-/// The meaning of the flags that ARKODE and CVODE share.
+/// The meaning of ARKODE's flags.
 std::string_view meaning_of(int flag) {
     switch (flag) {
-    case CV_TOO_MUCH_ACC:
+    case ARK_TOO_MUCH_ACC:
         return "the tolerance is too tight for double precision";
-    case CV_ERR_FAILURE:
+    case ARK_ERR_FAILURE:
         return "the error test failed again and again, or the step became too short";
-    case CV_CONV_FAILURE:
+    case ARK_CONV_FAILURE:
         return "Newton's iteration did not converge, however short the step";
-    case CV_LSETUP_FAIL:
+    case ARK_LSETUP_FAIL:
         return "the Newton matrix could not be set up";
-    case CV_LSOLVE_FAIL:
+    case ARK_LSOLVE_FAIL:
         return "the Newton system could not be solved";
-    case CV_RHSFUNC_FAIL:
-    case CV_FIRST_RHSFUNC_ERR:
-    case CV_REPTD_RHSFUNC_ERR:
-    case CV_UNREC_RHSFUNC_ERR:
+    case ARK_RHSFUNC_FAIL:
+    case ARK_FIRST_RHSFUNC_ERR:
+    case ARK_REPTD_RHSFUNC_ERR:
+    case ARK_UNREC_RHSFUNC_ERR:
         return "the right-hand side is not a number";
     default:
         return "see the manual of SUNDIALS";
@@ -87,10 +79,6 @@ std::string_view meaning_of(int flag) {
 }
 
 } // namespace
-
-std::string_view to_string(SundialsSolver solver) {
-    return solver == SundialsSolver::Arkode ? "arkode" : "cvode";
-}
 
 std::string sundials_version() {
     std::array<char, 64> text{};
@@ -100,9 +88,8 @@ std::string sundials_version() {
 
 template <int Dim>
 SundialsIntegrator<Dim>::SundialsIntegrator(const physics::ChainLayout<Dim>& layout,
-                                            SundialsSolver solver, const std::string& arkode_table)
-    : solver_(solver), stepper_(std::make_unique<Stepper>(solver == SundialsSolver::Arkode,
-                                                          layout.size(), arkode_table)) {}
+                                            const std::string& table)
+    : stepper_(std::make_unique<Stepper>(layout.size(), table)) {}
 
 template <int Dim>
 SundialsIntegrator<Dim>::~SundialsIntegrator() = default;
@@ -113,7 +100,7 @@ LaneOutcome SundialsIntegrator<Dim>::integrate(const physics::Chain<Dim, double>
                                                const ErrorScales& scales, double duration,
                                                const StepObserver& observe,
                                                const ImplicitOptions& options) {
-    ChainEquations<Dim> equations(chain, scales, error_share(solver_) * options.relative_tolerance,
+    ChainEquations<Dim> equations(chain, scales, options.relative_tolerance,
                                   options.rate_error_weight);
     const std::span<double> state = stepper_->state();
     std::ranges::copy(released, state.begin());
@@ -126,8 +113,7 @@ LaneOutcome SundialsIntegrator<Dim>::integrate(const physics::Chain<Dim, double>
         if (step == options.step_limit) {
             outcome.failure = core::NumericalError(
                 core::FailureKind::StepLimit,
-                fmt::format("SUNDIALS' {} used up its {} steps at t = {:.6g} s", to_string(solver_),
-                            step, time));
+                fmt::format("SUNDIALS' arkode used up its {} steps at t = {:.6g} s", step, time));
             break;
         }
         double end = time;
@@ -135,8 +121,8 @@ LaneOutcome SundialsIntegrator<Dim>::integrate(const physics::Chain<Dim, double>
         if (flag < 0)
             outcome.failure = core::NumericalError(
                 core::FailureKind::SolverFailed,
-                fmt::format("SUNDIALS' {} failed at t = {:.6g} s: {} ({})", to_string(solver_),
-                            time, meaning_of(flag), stepper_->flag_name(flag)));
+                fmt::format("SUNDIALS' arkode failed at t = {:.6g} s: {} ({})", time,
+                            meaning_of(flag), stepper_->flag_name(flag)));
         else
             observe(time = end, state);
         if (options.heartbeat && !options.heartbeat())

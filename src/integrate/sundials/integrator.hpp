@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Implicit integration of a chain by SUNDIALS.
+// Implicit integration of a chain by ARKODE of SUNDIALS.
 #pragma once
 
 #include "integrate/implicit.hpp"
@@ -8,9 +8,7 @@
 #include <map>
 #include <memory>
 #include <string>
-#include <string_view>
 #include <tuple>
-#include <utility>
 #include <vector>
 
 namespace culm::integrate {
@@ -18,15 +16,6 @@ namespace culm::integrate {
 namespace sundials {
 class Stepper;
 }
-
-/// Which of SUNDIALS' integrators.
-enum class SundialsSolver {
-    Arkode, ///< diagonally implicit Runge-Kutta, order 4
-    Cvode,  ///< backward differentiation formulas of variable order
-};
-
-/// "arkode" or "cvode".
-[[nodiscard]] std::string_view to_string(SundialsSolver solver);
 
 /// Version of the SUNDIALS that this program is linked with.
 [[nodiscard]] std::string sundials_version();
@@ -37,10 +26,10 @@ enum class SundialsSolver {
 template <int Dim>
 class SundialsIntegrator {
   public:
-    /// `arkode_table`: name of one of ARKODE's Butcher tables instead of the default. Throws
+    /// `table`: name of one of ARKODE's Butcher tables instead of the default. Throws
     /// core::NumericalError(SolverFailed).
-    SundialsIntegrator(const physics::ChainLayout<Dim>& layout, SundialsSolver solver,
-                       const std::string& arkode_table = {});
+    explicit SundialsIntegrator(const physics::ChainLayout<Dim>& layout,
+                                const std::string& table = {});
     ~SundialsIntegrator();
     SundialsIntegrator(const SundialsIntegrator&) = delete;
     SundialsIntegrator& operator=(const SundialsIntegrator&) = delete;
@@ -55,24 +44,21 @@ class SundialsIntegrator {
                                         const ImplicitOptions& options);
 
   private:
-    SundialsSolver solver_;
     std::unique_ptr<sundials::Stepper> stepper_;
 };
 
-/// One integrator for each solver and layout of a chain, created at its first use.
+/// One integrator for each layout of a chain, created at its first use.
 class SundialsIntegrators {
   public:
     /// Throws core::NumericalError(SolverFailed).
     template <int Dim>
-    [[nodiscard]] SundialsIntegrator<Dim>& integrator_for(const physics::ChainLayout<Dim>& layout,
-                                                          SundialsSolver solver) {
-        const auto key = std::pair(solver, layout.size());
-        return std::get<Kept<Dim>>(kept_).try_emplace(key, layout, solver).first->second;
+    [[nodiscard]] SundialsIntegrator<Dim>& integrator_for(const physics::ChainLayout<Dim>& layout) {
+        return std::get<Kept<Dim>>(kept_).try_emplace(layout.size(), layout).first->second;
     }
 
   private:
     template <int Dim>
-    using Kept = std::map<std::pair<SundialsSolver, std::size_t>, SundialsIntegrator<Dim>>;
+    using Kept = std::map<std::size_t, SundialsIntegrator<Dim>>;
 
     std::tuple<Kept<2>, Kept<3>> kept_;
 };

@@ -14,22 +14,6 @@
 
 namespace culm::integrate::sundials {
 
-struct SteppingFunctions {
-    void (*free)(void**);
-    int (*restart)(void*, N_Vector);
-    int (*silence)(void*);
-    int (*set_user_data)(void*, void*);
-    int (*set_weight_function)(void*, int (*)(N_Vector, N_Vector, void*));
-    int (*set_linear_solver)(void*, SUNLinearSolver, SUNMatrix);
-    int (*set_first_step)(void*, Real);
-    int (*set_longest_step)(void*, Real);
-    int (*evolve)(void*, Real, N_Vector, Real*, int);
-    int (*count_steps)(void*, long int*);
-    int (*count_error_test_failures)(void*, long int*);
-    int (*count_convergence_failures)(void*, long int*);
-    char* (*flag_name)(long int);
-};
-
 namespace {
 
 constexpr int shorter_step = 1; ///< SUNDIALS' code of a failure for which a shorter step may help
@@ -263,111 +247,51 @@ LinearSolver newton_solver(CallbackData& data, SUNContext context) {
     return LinearSolver(solver);
 }
 
-constexpr SteppingFunctions arkode_functions{CULM_ARKODE(Free),
-                                             [](void* ark, N_Vector state) {
-                                                 return ARKStepReInit(ark, nullptr, evaluate_rate,
-                                                                      0.0, state);
-                                             },
-                                             silence_arkode,
-                                             CULM_ARKODE(SetUserData),
-                                             CULM_ARKODE(WFtolerances),
-                                             CULM_ARKODE(SetLinearSolver),
-                                             CULM_ARKODE(SetInitStep),
-                                             CULM_ARKODE(SetMaxStep),
-                                             CULM_ARKODE(Evolve),
-                                             CULM_ARKODE(GetNumSteps),
-                                             CULM_ARKODE(GetNumErrTestFails),
-                                             CULM_ARKODE(GetNumStepSolveFails),
-                                             CULM_ARKODE(GetReturnFlagName)};
-
-constexpr SteppingFunctions cvode_functions{
-    CVodeFree,
-    [](void* cvode, N_Vector state) { return CVodeReInit(cvode, 0.0, state); },
-    silence_cvode,
-    CVodeSetUserData,
-    CVodeWFtolerances,
-    CVodeSetLinearSolver,
-    CVodeSetInitStep,
-    CVodeSetMaxStep,
-    CVode,
-    CVodeGetNumSteps,
-    CVodeGetNumErrTestFails,
-    CVodeGetNumStepSolveFails,
-    CVodeGetReturnFlagName};
-
-static_assert(static_cast<int>(ARK_ONE_STEP) == static_cast<int>(CV_ONE_STEP));
-
 /// L-stable, stiffly accurate, order 4 with an embedded order 3: Kennedy & Carpenter (2016),
 /// NASA/TM-2016-219173. docs/performance.md compares the tables.
-constexpr const char* arkode_table = "ARKODE_ESDIRK436L2SA_6_3_4";
+constexpr const char* default_table = "ARKODE_ESDIRK436L2SA_6_3_4";
 /// ARKODE's number of the predictor that extrapolates the last step's interpolant at full order.
 /// Without it the simplified Newton iteration, and not accuracy, limits the step.
 constexpr int full_order_predictor = 1;
 /// Allowed error of Newton's iteration relative to that of the step. With ARKODE's default of 0.1
 /// the iteration, and not the method, determines the error of b1.
 constexpr double newton_share = 0.01;
-/// BDF of order 3 and more are unstable for weakly damped vibrations: the high modes of a stem with
-/// low damping would limit the step to a fraction of their periods.
-constexpr int largest_bdf_order = 2;
-
 void check(int flag, const char* call) {
     if (flag < 0)
         throw core::NumericalError(core::FailureKind::SolverFailed,
                                    fmt::format("{} of SUNDIALS failed with flag {}", call, flag));
 }
 
-void set_up_cvode(void* memory) {
-    const auto linear_system = [](Real time, N_Vector state, N_Vector, SUNMatrix, Boolean is_usable,
-                                  Boolean* is_new, Real gamma, void* data, N_Vector, N_Vector,
-                                  N_Vector) {
-        return set_up_newton(time, state, is_usable, is_new, gamma, data);
-    };
-    check(CVodeSetLinSysFn(memory, linear_system), "SetLinSysFn");
-    check(CVodeSetMaxOrd(memory, largest_bdf_order), "SetMaxOrd");
+/// Callback: set_up_newton() with ARKODE's arguments.
+int set_up_arkode_newton(Real time, N_Vector state, N_Vector, SUNMatrix, SUNMatrix,
+                         Boolean is_usable, Boolean* is_new, Real gamma, void* data, N_Vector,
+                         N_Vector, N_Vector) {
+    return set_up_newton(time, state, is_usable, is_new, gamma, data);
 }
 
 } // namespace
 
-Stepper::Stepper(bool is_arkode, std::size_t size, const std::string& table)
+Stepper::Stepper(std::size_t size, const std::string& table)
     : state_(make_vector(size, context_.get())), matrix_(newton_matrix(context_.get())),
-      linear_solver_(newton_solver(data_, context_.get())),
-      functions_(is_arkode ? arkode_functions : cvode_functions),
-      memory_(nullptr, FreeMemory{functions_.free}) {
-    void* const memory =
-        is_arkode ? ARKStepCreate(nullptr, evaluate_rate, 0.0, state_.get(), context_.get())
-                  : CVodeCreate(CV_BDF, context_.get());
-    memory_.reset(memory);
-    if (memory == nullptr)
+      linear_solver_(newton_solver(data_, context_.get())), control_(context_.get()),
+      memory_(ARKStepCreate(nullptr, evaluate_rate, 0.0, state_.get(), context_.get())) {
+    void* const ark = memory_.get();
+    if (ark == nullptr)
         throw core::NumericalError(core::FailureKind::SolverFailed,
                                    "SUNDIALS gave no memory for an integrator");
-    if (!is_arkode)
-        check(CVodeInit(memory, evaluate_rate, 0.0, state_.get()), "Init");
-    check(functions_.silence(memory), "SetErrHandlerFn");
-    check(functions_.set_user_data(memory, &data_), "SetUserData");
-    check(functions_.set_weight_function(memory, set_weights), "WFtolerances");
-    check(functions_.set_linear_solver(memory, linear_solver_.get(), matrix_.get()),
+    check(silence_arkode(ark), "SetErrHandlerFn");
+    check(CULM_ARKODE(SetUserData)(ark, &data_), "SetUserData");
+    check(CULM_ARKODE(WFtolerances)(ark, set_weights), "WFtolerances");
+    check(CULM_ARKODE(SetLinearSolver)(ark, linear_solver_.get(), matrix_.get()),
           "SetLinearSolver");
-    if (is_arkode)
-        set_up_arkode(memory, table);
-    else
-        set_up_cvode(memory);
-}
-
-void Stepper::set_up_arkode(void* ark, const std::string& table) {
-    const auto linear_system = [](Real time, N_Vector state, N_Vector, SUNMatrix, SUNMatrix,
-                                  Boolean is_usable, Boolean* is_new, Real gamma, void* data,
-                                  N_Vector, N_Vector, N_Vector) {
-        return set_up_newton(time, state, is_usable, is_new, gamma, data);
-    };
-    check(CULM_ARKODE(SetLinSysFn)(ark, linear_system), "SetLinSysFn");
-    const std::string& name = table.empty() ? arkode_table : table;
+    check(CULM_ARKODE(SetLinSysFn)(ark, set_up_arkode_newton), "SetLinSysFn");
+    const std::string& name = table.empty() ? default_table : table;
     check(ARKStepSetTableName(ark, name.c_str(), "ARKODE_ERK_NONE"), "SetTableName");
     check(CULM_ARKODE(SetPredictorMethod)(ark, full_order_predictor), "SetPredictorMethod");
     check(CULM_ARKODE(SetNonlinConvCoef)(ark, newton_share), "SetNonlinConvCoef");
     // A stage's rate taken from the right-hand side carries the Newton iteration's error times the
     // stiffness (1e9 1/s); deduced from the stage's own equation it does not.
     check(CULM_ARKODE(SetDeduceImplicitRhs)(ark, SUNTRUE), "SetDeduceImplicitRhs");
-    control_ = StepControl(context_.get());
     check(control_.attach_to(ark), "SetAdaptController");
 }
 
@@ -378,14 +302,14 @@ std::span<double> Stepper::state() const {
 void Stepper::restart(Equations& equations, double first, double longest) {
     data_ = {&equations, {}, nullptr};
     void* const memory = memory_.get();
-    check(functions_.restart(memory, state_.get()), "ReInit");
-    check(functions_.set_first_step(memory, first), "SetInitStep");
+    check(ARKStepReInit(memory, nullptr, evaluate_rate, 0.0, state_.get()), "ReInit");
+    check(CULM_ARKODE(SetInitStep)(memory, first), "SetInitStep");
     const double bound = std::isfinite(longest) ? longest : 0.0; // 0: unbounded
-    check(functions_.set_longest_step(memory, bound), "SetMaxStep");
+    check(CULM_ARKODE(SetMaxStep)(memory, bound), "SetMaxStep");
 }
 
 int Stepper::step(double until, double& time) {
-    const int flag = functions_.evolve(memory_.get(), until, state_.get(), &time, CV_ONE_STEP);
+    const int flag = CULM_ARKODE(Evolve)(memory_.get(), until, state_.get(), &time, ARK_ONE_STEP);
     if (data_.exception)
         std::rethrow_exception(data_.exception);
     return flag;
@@ -398,14 +322,15 @@ SolveSummary Stepper::work() const {
         return std::int64_t{number};
     };
     SolveSummary work = data_.work;
-    work.steps += count(functions_.count_steps);
-    work.rejected_steps += count(functions_.count_error_test_failures);
-    work.convergence_failures += count(functions_.count_convergence_failures);
+    work.steps += count(CULM_ARKODE(GetNumSteps));
+    work.rejected_steps += count(CULM_ARKODE(GetNumErrTestFails));
+    work.convergence_failures += count(CULM_ARKODE(GetNumStepSolveFails));
     return work;
 }
 
 std::string Stepper::flag_name(int flag) const {
-    const std::unique_ptr<char, sundials::Deleter<std::free>> name(functions_.flag_name(flag));
+    const std::unique_ptr<char, sundials::Deleter<std::free>> name(
+        CULM_ARKODE(GetReturnFlagName)(flag));
     return name.get();
 }
 

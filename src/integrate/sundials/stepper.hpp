@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// ARKODE and CVODE as one class that advances equations step by step, and the objects that SUNDIALS
-// requires: vectors, the Newton matrix with its solver, and callbacks.
+// ARKODE as a class that advances equations step by step, and the objects that SUNDIALS requires:
+// vectors, the Newton matrix with its solver, and callbacks.
 #pragma once
 
 #include "integrate/solve_summary.hpp"
@@ -51,16 +51,13 @@ using Matrix = std::unique_ptr<std::remove_pointer_t<SUNMatrix>, Deleter<SUNMatD
 using LinearSolver =
     std::unique_ptr<std::remove_pointer_t<SUNLinearSolver>, Deleter<SUNLinSolFree>>;
 
-/// The functions of ARKODE and CVODE that differ only in their names.
-struct SteppingFunctions;
-
-/// One of SUNDIALS' integrators with all objects that it needs; restarted for every case.
+/// ARKODE with all objects that it needs; restarted for every case.
 class Stepper {
   public:
     /// For states of `size` numbers: ARKODE's diagonally implicit Runge-Kutta methods, with the
-    /// Butcher table of that name (empty: the default), or CVODE's backward differentiation
-    /// formulas. Throws core::NumericalError(SolverFailed), as restart() does.
-    Stepper(bool is_arkode, std::size_t size, const std::string& arkode_table);
+    /// Butcher table of that name (empty: the default). Throws core::NumericalError(SolverFailed),
+    /// as restart() does.
+    explicit Stepper(std::size_t size, const std::string& table = {});
     Stepper(const Stepper&) = delete; // SUNDIALS keeps the address of the callbacks' data
     Stepper& operator=(const Stepper&) = delete;
 
@@ -79,10 +76,8 @@ class Stepper {
 
   private:
     struct FreeMemory {
-        void (*free)(void**);
-        void operator()(void* memory) const { free(&memory); }
+        void operator()(void* arkode) const { CULM_ARKODE(Free)(&arkode); }
     };
-    void set_up_arkode(void* ark, const std::string& table);
 
     // In the order in which they depend on one another; the memory refers to all of them.
     Context context_;
@@ -90,8 +85,7 @@ class Stepper {
     Vector state_;
     Matrix matrix_;
     LinearSolver linear_solver_;
-    StepControl control_; ///< of ARKODE
-    const SteppingFunctions& functions_;
+    StepControl control_;
     std::unique_ptr<void, FreeMemory> memory_;
 };
 

@@ -195,23 +195,17 @@ Keys model_keys() {
     Section law(keys, "law");
     law.word("name", "\"schramm2019\"", physics::law_names(),
              "bond law: as in the authors' code, or conserving angular momentum");
-    law.add(ValueKind::NumberOrWord, "damping_factor", "", "2", {0.0, 10.0, true, false}, {"sqrt2"},
-            "factor before β: 2 in the paper, √2 in Guo et al. (2013)");
-    law.word("damping_inertia", "\"reduced\"", {"reduced", "individual"},
-             "inertia under the roots of the damping coefficients");
     Section integrator(keys, "integrator");
     integrator.word(
         "method", "\"implicit\"", {"implicit", "sundials", "explicit"},
         "time integration: culm's own implicit method on SIMD lanes, an implicit method of "
         "SUNDIALS, or velocity Verlet; of a time-step study, that of the reference run");
-    integrator.word("solver", "\"arkode\"", {"arkode", "cvode"},
-                    "of SUNDIALS: diagonally implicit Runge-Kutta of order 4, or BDF of order 2");
     integrator.number("timestep_s", "s", "", {0.0, 1.0, true, false},
                       "step of the explicit method, which needs it; must divide sample_interval_s");
     integrator.number(
         "relative_tolerance", "", "2e-06", {1e-12, 1e-2},
         "of the implicit methods: error of the positions allowed per step, as a share of the "
-        "released deflection (with cvode a hundredth of it, for the same accuracy of b1 and b2)");
+        "released deflection");
     integrator.whole("dimensions", "2", {2.0, 3.0},
                      "2: motion in the plane of the pull; 3: in space");
     Section vibration(keys, "vibration");
@@ -266,8 +260,6 @@ std::string ConfigKey::allowed() const {
         return core::one_of(words);
     case ValueKind::Number:
         return "a " + number_in(range, unit);
-    case ValueKind::NumberOrWord:
-        return fmt::format("a {} or {}", number_in(range, unit), core::one_of(words));
     case ValueKind::WholeNumber:
         return "a whole " + number_in(range, unit);
     case ValueKind::Tables:

@@ -12,17 +12,7 @@
 
 namespace culm::study {
 
-enum class ValueKind {
-    Text,
-    Word,
-    Number,
-    NumberOrWord,
-    WholeNumber,
-    NumberList,
-    WordList,
-    Matrix,
-    Tables
-};
+enum class ValueKind { Text, Word, Number, WholeNumber, NumberList, WordList, Matrix, Tables };
 
 struct ConfigKey {
     std::string section; ///< the TOML table, for example "study", or "factors.<parameter>"
@@ -31,7 +21,7 @@ struct ConfigKey {
     std::string unit;               ///< as it is printed; empty for none
     std::string default_text;       ///< empty: see `meaning`
     Interval range;                 ///< of numbers
-    std::vector<std::string> words; ///< of Word and NumberOrWord
+    std::vector<std::string> words; ///< of Word
     std::string meaning;
 
     /// The allowed values, for messages: "a number in (0, 1000] mm".

@@ -12,7 +12,6 @@
 #include <array>
 #include <cmath>
 #include <filesystem>
-#include <numbers>
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -126,19 +125,9 @@ void read_effects(ConfigContext& context) {
 }
 
 void read_law(ConfigContext& context) {
-    const toml::table* table = context.section("law");
     const TableReader reader = context.checked_reader("law");
-    physics::BondLawOptions& law = context.config.base.law;
     if (const auto named = physics::law_by_name(reader.word("name").value_or("schramm2019")))
-        law = *named;
-    const toml::node* factor = table != nullptr ? table->get("damping_factor") : nullptr;
-    if (factor != nullptr && factor->value_exact<std::string>() == "sqrt2")
-        law.damping_factor = std::numbers::sqrt2;
-    else
-        law.damping_factor = reader.number("damping_factor").value_or(law.damping_factor);
-    if (const auto inertia = reader.word("damping_inertia"))
-        law.damping_inertia = *inertia == "individual" ? physics::DampingInertia::Individual
-                                                       : physics::DampingInertia::Reduced;
+        context.config.base.law = *named;
 }
 
 void read_integrator(ConfigContext& context) {
@@ -158,10 +147,6 @@ void read_integrator(ConfigContext& context) {
     integrator.method = is_explicit   ? run::IntegrationMethod::Explicit
                         : is_sundials ? run::IntegrationMethod::Sundials
                                       : run::IntegrationMethod::Implicit;
-    if (reader.word("solver") == "cvode")
-        integrator.solver = integrate::SundialsSolver::Cvode;
-    if (!is_sundials && reader.has("solver"))
-        reader.error("solver", "only with method = \"sundials\"");
     if (is_explicit && !reader.has("timestep_s"))
         reader.error("timestep_s", "method = \"explicit\" needs it");
     if (!is_explicit && reader.has("timestep_s"))

@@ -46,7 +46,7 @@ class TableReader {
 
     [[nodiscard]] std::optional<std::string> text(std::string_view key) const;
     [[nodiscard]] std::optional<std::string> word(std::string_view key) const;
-    /// A value of kind Number, NumberOrWord (a number) or WholeNumber, in the catalogue's range.
+    /// A value of kind Number or WholeNumber, in the catalogue's range.
     [[nodiscard]] std::optional<double> number(std::string_view key) const;
     [[nodiscard]] std::optional<std::int64_t> whole_number(std::string_view key) const;
     [[nodiscard]] std::optional<std::vector<double>> numbers(std::string_view key) const;

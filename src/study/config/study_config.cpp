@@ -133,15 +133,10 @@ void add_factors_and_design(const StudyConfig& config, Lines& lines) {
 void add_model(const StudyConfig& config, Lines& lines) {
     const run::CaseSpec& base = config.base;
     lines["law.name"] = physics::law_name(base.law);
-    lines["law.damping_factor"] = fmt::format("{}", base.law.damping_factor);
-    lines["law.damping_inertia"] =
-        base.law.damping_inertia == physics::DampingInertia::Reduced ? "reduced" : "individual";
     lines["integrator.dimensions"] = fmt::format("{}", base.dimensions);
     const bool is_sundials = base.integrator.method == run::IntegrationMethod::Sundials;
-    if (is_sundials) {
+    if (is_sundials)
         lines["integrator.method"] = "sundials";
-        lines["integrator.solver"] = to_string(base.integrator.solver);
-    }
     if (config.kind == StudyKind::Timestep)
         return;
     if (base.integrator.method == run::IntegrationMethod::Explicit) {
@@ -276,9 +271,8 @@ std::string integrator_text(const StudyConfig& config) {
     if (base.integrator.method == run::IntegrationMethod::Explicit)
         return fmt::format("explicit, time step {:.4g} s, {:.4g} steps a point",
                            base.integrator.timestep, base.duration / base.integrator.timestep);
-    const std::string method = base.integrator.method == run::IntegrationMethod::Implicit
-                                   ? "implicit"
-                                   : fmt::format("SUNDIALS {}", to_string(base.integrator.solver));
+    const bool is_sundials = base.integrator.method == run::IntegrationMethod::Sundials;
+    const char* method = is_sundials ? "SUNDIALS arkode" : "implicit";
     return fmt::format("{}, relative tolerance {:.3g}", method, base.integrator.relative_tolerance);
 }
 

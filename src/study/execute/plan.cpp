@@ -47,15 +47,11 @@ constexpr double implicit_spatial_factor = 5.2;
 constexpr double static_bond_step_seconds = 6e-7;
 constexpr double static_spatial_factor = 11.0;
 
-/// Costs of ARKODE and CVODE: steps for one of RODAS5 with the same accuracy, time per bond and
-/// step (s), and the factor for a spatial chain.
-struct SundialsCost {
-    double steps;
-    double bond_step_seconds;
-    double spatial_factor;
-};
-constexpr SundialsCost arkode_cost{1.2, 1.0e-6, 4.0};
-constexpr SundialsCost cvode_cost{54.0, 1.1e-7, 4.0};
+/// Costs of ARKODE: steps for one of RODAS5 with the same accuracy, time per bond and step (s), and
+/// the factor for a spatial chain.
+constexpr double arkode_steps = 1.2;
+constexpr double arkode_bond_step_seconds = 1.0e-6;
+constexpr double arkode_spatial_factor = 4.0;
 
 /// Steps of the implicit integrator at its default tolerance over `periods` periods of the first
 /// mode. Lightly damped stems need more of them, because their higher modes ring longer; the modes
@@ -164,16 +160,13 @@ double implicit_seconds_per_bond(const run::CaseSpec& spec) {
     const double usual_steps = implicit_steps(periods, spec.stem.bond_damping);
     const double accuracy = run::Integrator{}.relative_tolerance / integrator.relative_tolerance;
     // A method of order p that controls the error of a step takes 10^(1/p) times the steps for ten
-    // times the accuracy; RODAS5, ARKODE's and CVODE's estimates are of order 5, 4 and 3.
+    // times the accuracy; the estimates of RODAS5 and ARKODE are of order 5 and 4.
     if (integrator.method == run::IntegrationMethod::Implicit)
         return (is_planar ? 1.0 : implicit_spatial_factor) * std::pow(accuracy, 1.0 / 5.0) *
                usual_steps * implicit_bond_step_seconds /
                static_cast<double>(run::lanes_per_batch());
-    const bool is_arkode = integrator.solver == integrate::SundialsSolver::Arkode;
-    const SundialsCost& cost = is_arkode ? arkode_cost : cvode_cost;
-    return (is_planar ? 1.0 : cost.spatial_factor) *
-           std::pow(accuracy, is_arkode ? 1.0 / 4.0 : 1.0 / 3.0) * cost.steps * usual_steps *
-           cost.bond_step_seconds;
+    return (is_planar ? 1.0 : arkode_spatial_factor) * std::pow(accuracy, 1.0 / 4.0) *
+           arkode_steps * usual_steps * arkode_bond_step_seconds;
 }
 
 } // namespace
