@@ -188,4 +188,4 @@ def _factor_table(study: Study, points: StudyPoints) -> str:
              float(points.frequency[row]), float(points.decay_per_cycle[row])]
             for row, point in enumerate(points.id[:200])]
     return table(["point", *names, "b2, Hz", "b1 per cycle"], rows,
-                 f"{len(rows)} of {points.id.size} points; culm archive export writes all.")
+                 f"{len(rows)} of {points.id.size} points; Study(\"DIR\").table() has all.")

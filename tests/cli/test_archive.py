@@ -21,7 +21,8 @@ from culm_program import (BAD_INPUT, DONE, OVERDAMPED, PATIENCE, POINTS_FAILED, 
 
 SOURCE = Path(__file__).resolve().parents[2]
 OLDER = SOURCE / "tests" / "data" / "older-formats"
-sys.path.append(str(SOURCE / "tests" / "support"))
+sys.path += [str(SOURCE / "tests" / "support"), str(SOURCE / "postprocess")]
+from culm_archive import Study  # noqa: E402
 from json_schema import schema_faults  # noqa: E402
 
 SCHEMA = json.loads((SOURCE / "docs/schemas/archive.schema.json").read_text(encoding="utf-8"))
@@ -59,10 +60,10 @@ class ArchiveTest(CulmTest):
             preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (40_000, 40_000)))
         self.assert_exit(stopped, STOPPED_EARLY)
 
-    def table(self, folder: str, code: int = DONE) -> list[dict]:
-        self.assert_exit(self.culm("archive", "export", folder, "-o", "tables"), code)
-        with open(self.folder / "tables/points.csv", encoding="utf-8", newline="") as file:
-            return list(csv.DictReader(file))
+    def table(self, folder: str):
+        """Status, factors and results of every point: a pandas DataFrame."""
+        with Study(self.folder / folder) as study:
+            return study.table()
 
 
 class Json(ArchiveTest):
@@ -137,24 +138,20 @@ class OlderFormats(ArchiveTest):
     def test_archive_of_version_1_0_is_read_number_by_number(self):
         folder = self.copied("study-1.0")
         self.assertTrue(self.told("verify", folder)["is_whole"])
-        self.table(folder)
-        self.assertEqual((self.folder / "tables/points.csv").read_bytes(),
-                         (OLDER / "study-1.0/points.csv").read_bytes())
+        with open(OLDER / "study-1.0/points.csv", encoding="utf-8", newline="") as file:
+            expected = list(csv.DictReader(file))
+        table = self.table(folder)
+        self.assertEqual(len(table), len(expected))
+        for name in table.columns.drop("status"):
+            unit = table.attrs["units"][name]
+            column = name if unit == "1" else f"{name} [{unit}]"
+            self.assertEqual([float(row[column] or "nan") for row in expected],
+                             list(table[name]), name)
         self.assert_exit(self.culm("reduce", folder, "--keep"), DONE)
         # No point is missing.
         resumed = self.culm("run", "study.toml", "-o", folder, "--resume")
         self.assert_exit(resumed, DONE)
         self.assertNotIn("points/s", resumed.stderr)
-
-    def test_archive_of_version_1_0_can_be_repeated(self):
-        # Its numbers were computed by another integrator; the differences are reported.
-        folder = self.copied("study-1.0")
-        again = self.culm("run", "--from-archive", folder, "-o", "again", "-q")
-        self.assert_exit(again, POINTS_FAILED)
-        self.assertRegex(again.stdout, r"version    culm 0\.1\.0 \(4bdb53e-dirty\) \(archived\)\n")
-        relative = re.search(r"results/frequency: 6 of 6 points, .*relative (\S+)\)", again.stdout)
-        # Both integrators keep b2 within 0.001 % (CHANGELOG.md).
-        self.assertLess(float(relative[1]), 2e-5)
 
     def test_journal_of_version_1_is_read_and_continued(self):
         folder = self.copied("journal-1")
@@ -164,11 +161,11 @@ class OlderFormats(ArchiveTest):
         resumed = self.culm("run", "study.toml", "-o", folder, "--resume")
         self.assert_exit(resumed, DONE)
         self.assertIn("2/2 points", resumed.stderr)
-        old = (OLDER / "study-1.0/points.csv").read_text(encoding="utf-8").splitlines()
-        self.table(folder)
-        new = (self.folder / "tables/points.csv").read_text(encoding="utf-8").splitlines()
-        self.assertEqual(len(new), 7)
-        self.assertEqual(len(set(old) & set(new)), 1 + 4)  # the header, and the kept points
+        with open(OLDER / "study-1.0/points.csv", encoding="utf-8", newline="") as file:
+            old = [float(row["frequency [Hz]"]) for row in csv.DictReader(file)]
+        new = list(self.table(folder)["frequency"])
+        self.assertEqual(len(new), 6)
+        self.assertEqual(sum(a == b for a, b in zip(old, new)), 4)  # the kept points
 
     @unittest.skipUnless(HAS_H5PY, "h5py is missing")
     def test_archive_of_a_newer_version_is_refused_with_what_to_do(self):
@@ -202,17 +199,10 @@ class MissingData(ArchiveTest):
         self.assert_exit(self.culm("archive", "merge", "out", "-o", "merged"), POINTS_FAILED)
         missing = self.told("verify", "merged")["missing_points"]
         self.assertGreater(len(missing), 10)
-        rows = self.table("merged", POINTS_FAILED)
-        self.assertEqual([int(row["point"]) for row in rows if row["status"] == "missing"], missing)
-        for row in rows:
-            frequency = row["frequency [Hz]"]
-            if row["status"] == "missing":
-                self.assertEqual(frequency, "")
-            else:
-                self.assertTrue(math.isfinite(float(frequency)))
-        again = self.culm("archive", "export", "merged", "-o", "t2")
-        self.assert_exit(again, POINTS_FAILED)
-        self.assert_exit(self.culm("archive", "export", "merged", "-o", "t2"), BAD_INPUT)
+        table = self.table("merged")
+        is_missing = table["status"] == "missing"
+        self.assertEqual(list(table.index[is_missing]), missing)
+        self.assertEqual(list(table["frequency"].isna()), list(is_missing))
 
     def test_are_not_called_failed_by_the_regressions(self):
         self.interrupted()
@@ -230,20 +220,21 @@ class MissingData(ArchiveTest):
         self.write("bounded.toml", BOUNDED)
         self.write("s.toml", '[study]\neffects = ["bounded.toml"]\n' + QUICK)
         self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), POINTS_FAILED)
-        rows = self.table("out")
-        failed = [row for row in rows if row["status"] == "failed"]
-        self.assertEqual({row["bond_youngs_modulus_gpa [GPa]"] for row in failed}, {"4", "9"})
-        for row in failed:
-            self.assertEqual(row["frequency [Hz]"], "")
-            self.assertEqual(row["failure_kind"], "user_expression")
-            self.assertIn("is not a number at", row["failure_reason"])
+        table = self.table("out")
+        failed = table[table["status"] == "failed"]
+        self.assertEqual(set(failed["bond_youngs_modulus_gpa"]), {4.0, 9.0})
+        self.assertTrue(failed["frequency"].isna().all())
+        with Study(self.folder / "out") as study:
+            for failure in study.failures:
+                self.assertEqual(failure.kind, "user_expression")
+                self.assertIn("is not a number at", failure.reason)
         self.assertEqual(len(self.told("verify", "out")["failed_points"]), len(failed))
 
     def test_are_empty_for_histories_without_a_fit(self):
         self.write("s.toml", OVERDAMPED)
         self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), POINTS_FAILED)
-        without = [row["bond_damping"] for row in self.table("out") if not row["frequency [Hz]"]]
-        self.assertEqual(without, ["30000"] * 3)
+        table = self.table("out")
+        self.assertEqual(list(table["bond_damping"][table["frequency"].isna()]), [30000.0] * 3)
 
     @unittest.skipUnless(HAS_H5PY, "h5py is missing")
     def test_are_not_a_number_for_other_readers_and_never_zero(self):
@@ -296,7 +287,7 @@ class OtherReaders(ArchiveTest):
         numbers = subprocess.run(["h5dump", "-d", "/results/frequency", "-m", "%.17g", "-y",
                                   self.archive], capture_output=True, text=True, check=True).stdout
         printed = re.search(r"DATA \{(.*?)\}", numbers, re.DOTALL)[1]
-        expected = [float(row["frequency [Hz]"]) for row in self.table("out")]
+        expected = list(self.table("out")["frequency"])
         self.assertEqual([float(text) for text in printed.replace(",", " ").split()], expected)
 
     @unittest.skipUnless(HAS_H5PY, "h5py is missing")
@@ -304,7 +295,7 @@ class OtherReaders(ArchiveTest):
         import h5py
         with h5py.File(self.archive) as file:
             found = file["results/decay_per_cycle"][:].tolist()
-        self.assertEqual(found, [float(row["decay_per_cycle"]) for row in self.table("out")])
+        self.assertEqual(found, list(self.table("out")["decay_per_cycle"]))
 
     @unittest.skipUnless(importlib.util.find_spec("MDAnalysis") and HAS_H5PY,
                          "MDAnalysis (python3-mdanalysis) is missing")

@@ -12,7 +12,7 @@ DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "cli.md"
 BEGIN, END = "<!-- tests/cli/command_reference.py -->\n", "<!-- end -->\n"
 COMMANDS = ("run", "reduce", "simulate", "import", "effects", "keys", "fit", "setup", "track",
             "calibrate", "compare", "diagnose", "report", "export")
-NESTED = tuple(f"archive {name}" for name in ("info", "status", "verify", "merge", "export"))
+NESTED = tuple(f"archive {name}" for name in ("info", "status", "verify", "merge"))
 NESTED += ("jobs slurm", "jobs pbs")
 
 

@@ -222,8 +222,7 @@ class AlteredArchives(CulmTest):
                     alter(file)
                 codes = []
                 for command in (["archive", "verify", "out"], ["reduce", "out", "--keep"],
-                                ["archive", "export", "out", "-o", "t"],
-                                ["run", "--from-archive", "out", "-o", "again", "-q"]):
+                                ["archive", "merge", "out", "-o", "again"]):
                     shutil.rmtree(self.folder / "again", ignore_errors=True)
                     finished = self.culm(*command)
                     self.assertIn(finished.returncode, (DONE, BAD_INPUT, POINTS_FAILED),

@@ -16,6 +16,11 @@ import h5py
 
 from fault_study import (BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, STOPPED_EARLY, STUDY,
                          LONG_STUDY, committed_points, culm, journal_bytes, start, verify)
+from kill_study import contents
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.append(str(ROOT / "postprocess"))
+from culm_archive import Study  # noqa: E402
 
 POINTS = 96  # of the long study
 # Begins every record of a journal.
@@ -38,8 +43,6 @@ def stored_ranges(archive: Path) -> dict[str, list[tuple[int, int]]]:
     with h5py.File(archive, "r") as file:
         file.visititems(take)
     return found
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 class FaultTest(unittest.TestCase):
@@ -144,9 +147,7 @@ class Archive(FaultTest):
             if "HDF5 itself crashes or does not terminate" not in found["problems"][0]:
                 continue
             deaths += 1
-            for command in (("reduce", "heap"), ("archive", "export", "heap", "-o", "tables"),
-                            ("run", "s.toml", "-o", "heap", "-q", "--resume"),
-                            ("run", "--from-archive", "heap", "-o", "again", "-q"),
+            for command in (("reduce", "heap"), ("run", "s.toml", "-o", "heap", "-q", "--resume"),
                             ("archive", "merge", "heap", "-o", "merged")):
                 refused = culm(self.folder, *command)
                 self.assertIn(refused.returncode, (BAD_INPUT, STOPPED_EARLY), command)
@@ -253,13 +254,6 @@ class Journal(FaultTest):
 
 
 class Merge(FaultTest):
-    def export(self, study: str) -> Path:
-        target = f"{study}-tables"
-        shutil.rmtree(self.folder / target, ignore_errors=True)
-        finished = culm(self.folder, "archive", "export", study, "-o", target)
-        self.assertIn(finished.returncode, (DONE, POINTS_FAILED), finished.stderr)
-        return self.folder / target
-
     def test_gives_the_tables_of_the_whole_from_two_halves(self):
         self.killed("half")
         again = self.killed("other-half")
@@ -271,12 +265,11 @@ class Merge(FaultTest):
         self.assertEqual(found["archive"]["damaged"], [])
         self.assertGreater(found["points"]["missing"], 0)
         self.assertEqual(again.read_bytes(), content)  # sources do not change
-        lines = (self.export("merged") / "points.csv").read_text(encoding="utf-8").splitlines()
-        self.assertEqual(sum(",missing," in line for line in lines), found["points"]["missing"])
+        with Study(self.folder / "merged") as study:
+            self.assertEqual((study.statuses == "missing").sum(), found["points"]["missing"])
         finished = culm(self.folder, "run", "long.toml", "-o", "merged", "-q", "--resume")
         self.assertEqual(finished.returncode, DONE, finished.stderr)
-        self.assertEqual((self.export("merged") / "points.csv").read_bytes(),
-                         (self.export("long-whole") / "points.csv").read_bytes())
+        self.assertEqual(contents(self.folder, "merged"), contents(self.folder, "long-whole"))
 
     def test_refuses_different_studies(self):
         refused = culm(self.folder, "archive", "merge", "whole", "long-whole", "-o", "mixed")
@@ -285,7 +278,7 @@ class Merge(FaultTest):
         self.assertFalse((self.folder / "mixed").exists())
 
     def test_exported_trajectory_points_at_the_numbers_in_the_archive(self):
-        target = self.export("whole")
+        target = self.folder / "whole-xdmf"
         subprocess.run([sys.executable, "-B", ROOT / "postprocess/trajectories_xdmf.py", "whole", "-o",
                         target], cwd=self.folder, check=True, capture_output=True)
         with h5py.File(self.folder / "whole" / "study.h5", "r") as file:

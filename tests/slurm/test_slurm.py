@@ -276,7 +276,7 @@ class Scripts(SlurmTest):
                              check=True).stdout.strip()
         self.wait_for_end(job)
         self.assertIn("COMPLETED", self.states(job)[0], self.log())
-        for name in ("study.h5", "study.h5.sha256", "summary-0.02.json", "tables/points.csv"):
+        for name in ("study.h5", "study.h5.sha256", "summary-0.02.json"):
             self.assertTrue((self.folder / "kept" / name).exists(), name)
         self.assertEqual((self.folder / "kept/fits.csv").read_bytes(),
                          (self.folder / "out/fits.csv").read_bytes())

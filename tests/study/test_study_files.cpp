@@ -5,7 +5,6 @@
 #include "study/config/study_config.hpp"
 #include "study/execute/execute.hpp"
 #include "study/execute/journal_notes.hpp"
-#include "study/execute/repetition.hpp"
 #include "study/summary/summary.hpp"
 #include "support/temporary_folder.hpp"
 
@@ -55,20 +54,13 @@ TEST(StudyFiles, AreNotReadFromTheDiskIfTheyAreSupplied) {
     EXPECT_THROW((void)parse_config(study_text, "/nowhere/s.toml"), core::InputError);
 }
 
-TEST(StudyFiles, RepeatTheStudyFromTheArchiveAlone) {
+TEST(StudyFiles, AreReadFromTheArchiveAlone) {
     const tests::TemporaryFolder place;
     const StudyFolder folder(place / "out");
     const Study study = parse_study(study_text, "/nowhere/s.toml", {{"law/mine.toml", effect}});
     ASSERT_TRUE(execute(study, folder, nullptr, {}).archive_is_complete);
     EXPECT_EQ(open_archive(folder).study.config.files, study.config.files);
-    const Study again = study_to_repeat(folder);
-    EXPECT_EQ(again.config.identity(), study.config.identity());
-    const StudyFolder other(place / "again");
-    ASSERT_TRUE(execute(again, other, nullptr, {}).archive_is_complete);
-    const Repetition repetition =
-        compare_archives(archive::StudyFile(folder.archive()), archive::StudyFile(other.archive()));
-    EXPECT_TRUE(repetition.is_identical());
-    EXPECT_EQ(repetition.points, 2);
+    EXPECT_EQ(open_archive(folder).study.config.identity(), study.config.identity());
 }
 
 TEST(StudyFiles, AreKeptInTheNoteOfTheFolder) {

@@ -150,6 +150,22 @@ std::vector<std::string> dataset_names(const Hdf5Input& input) {
     return names;
 }
 
+/// Whole chunks do not show that a table has one number for each point.
+void examine_tables(const StudyFile& file, std::vector<DamagedDataset>& damaged) {
+    const StudyDescription& description = file.description();
+    const auto examine_column = [&](const std::string& name, const auto& read) {
+        try {
+            static_cast<void>(read());
+        } catch (const core::StorageError& error) {
+            damaged.push_back({name, 1, 1, error.what()});
+        }
+    };
+    for (const Column& column : description.factors)
+        examine_column("/design/" + column.name, [&] { return file.factor(column.name); });
+    for (const Column& column : description.results)
+        examine_column("/results/" + column.name, [&] { return file.result(column.name); });
+}
+
 } // namespace
 
 Verification verify(const std::filesystem::path& path) {
@@ -164,6 +180,8 @@ Verification verify(const std::filesystem::path& path) {
         if (result.damaged_chunks > 0)
             verification.damaged.push_back(result);
     }
+    if (verification.is_whole())
+        examine_tables(StudyFile(path), verification.damaged);
     return verification;
 }
 

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// culm archive info|status|verify|merge|export DIR
+// culm archive info|status|verify|merge DIR
 #include "cli/options.hpp"
 #include "cli/provenance.hpp"
 #include "present/files.hpp"
 #include "present/study/study.hpp"
 #include "study/execute/execute.hpp"
 #include "study/execute/folder_state.hpp"
-#include "study/summary/summary.hpp"
 
 #include <functional>
 #include <string>
@@ -82,33 +81,11 @@ void add_merge(CLI::App& archive, core::ExitCode& exit_code) {
     command->callback([arguments, &exit_code] { merge(*arguments, exit_code); });
 }
 
-struct ExportArguments {
-    std::string folder;
-    std::string output;
-};
-
-void add_export(CLI::App& archive, core::ExitCode& exit_code) {
-    CLI::App* command = archive.add_subcommand("export", "CSV tables of an archive");
-    auto arguments = std::make_shared<ExportArguments>();
-    add_option(*command, "dir", arguments->folder, "DIR", "Folder with a study.h5")->required();
-    add_option(*command, "-o,--output", arguments->output, "DIR", "Folder for the tables")
-        ->required();
-    command->callback([arguments, &exit_code] {
-        const study::ExportOutcome outcome =
-            study::export_archive(study::StudyFolder(arguments->folder), arguments->output);
-        fmt::print("points.csv with {} points in {}\n", outcome.points, arguments->output);
-        if (outcome.missing > 0) {
-            print_error(fmt::format("{} points are missing in the archive", outcome.missing));
-            exit_code = core::ExitCode::PointsFailed;
-        }
-    });
-}
-
 } // namespace
 
 void add_archive_command(CLI::App& app, core::ExitCode& exit_code) {
     CLI::App* archive =
-        app.add_subcommand("archive", "Look at, check, merge and export the folder of a study");
+        app.add_subcommand("archive", "Look at, check and merge the folder of a study");
     archive->require_subcommand(1);
     // `info` and `status` summarise the folder without reading the data.
     const Check has_problems = [](const auto& state) { return !state.problems.empty(); };
@@ -126,7 +103,6 @@ void add_archive_command(CLI::App& app, core::ExitCode& exit_code) {
         [](const auto&, const auto& state) { return present::verify_text(state); },
         [](const auto& state) { return !state.is_whole(); });
     add_merge(*archive, exit_code);
-    add_export(*archive, exit_code);
 }
 
 } // namespace culm::cli

@@ -17,7 +17,6 @@
 
 #include <chrono>
 #include <cstdio>
-#include <filesystem>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -29,7 +28,6 @@ namespace {
 
 struct RunArguments {
     std::string study;
-    std::string archive; ///< folder of the study to be repeated, instead of a study file
     std::string output;
     study::ResumeOptions folder;
     std::string walltime;
@@ -145,48 +143,12 @@ core::ExitCode report(const study::StudyFolder& folder) {
     return hand_out(folder, summary, present::regression_table(summary));
 }
 
-/// Compares the two folders' archives, writes repetition.json into `now` and prints the text.
-/// Returns whether the archives are identical.
-bool report_repetition(const study::StudyFolder& archived, const study::StudyFolder& now) {
-    const study::Repetition repetition = study::compare_archives(
-        archive::StudyFile(archived.archive()), archive::StudyFile(now.archive()));
-    present::write_json((now.path() / "repetition.json").string(), present::to_json(repetition));
-    fmt::print("\ncompared with {}\n{}", archived.archive().string(),
-               present::repetition_text(repetition));
-    return repetition.is_identical();
-}
-
-study::Study study_of(const RunArguments& arguments, const farm::Communicator* communicator) {
-    if (arguments.archive.empty() == arguments.study.empty())
-        throw core::InputError("give a study file or --from-archive DIR, one of the two");
-    if (arguments.archive.empty())
-        return study::load_study(arguments.study);
-    const study::StudyFolder archived(arguments.archive);
-    study::Study study = study::study_to_repeat(archived);
-    static_cast<void>(farm::on_root(communicator, [&archived] {
-        study::require_comparable(archived);
-        return true;
-    }));
-    return study;
-}
-
-std::string output_of(const RunArguments& arguments, const study::Study& study) {
-    std::string output = arguments.output;
-    if (output.empty())
-        output = "results/" + study.config.name + (arguments.archive.empty() ? "" : "-repeated");
-    std::error_code ignored; // a folder that does not exist is not the archive's
-    if (!arguments.archive.empty() &&
-        std::filesystem::equivalent(arguments.archive, output, ignored))
-        throw core::InputError(
-            fmt::format("{} is the archive's own folder; choose another one with -o", output));
-    return output;
-}
-
 core::ExitCode run(const RunArguments& arguments, const farm::Communicator* communicator) {
     const bool prints = is_root(communicator);
     const int ranks = rank_count(communicator);
-    const study::Study study = study_of(arguments, communicator);
-    const std::string output = output_of(arguments, study);
+    const study::Study study = study::load_study(arguments.study);
+    const std::string output =
+        arguments.output.empty() ? "results/" + study.config.name : arguments.output;
     const study::StudyFolder folder(output);
     if (arguments.dry_run) {
         std::vector<std::int64_t> all(static_cast<std::size_t>(study.design.point_count()));
@@ -231,10 +193,7 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
                             output));
         if (!outcome.archive_is_complete)
             return report_early_stop(study, folder, outcome);
-        core::ExitCode exit_code = report(folder);
-        if (!arguments.archive.empty() &&
-            !report_repetition(study::StudyFolder(arguments.archive), folder))
-            exit_code = core::ExitCode::PointsFailed;
+        const core::ExitCode exit_code = report(folder);
         fmt::print("{}", next_step("culm report" + as_words({output})));
         return exit_code;
     });
@@ -247,13 +206,10 @@ void add_run_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**
         "run", "Run a study (alone, or under mpirun or srun), archive and reduce it");
     auto arguments = std::make_shared<RunArguments>();
     add_option(*command, "study", arguments->study, "STUDY.toml",
-               "Study file (TOML; docs/config.md)");
-    add_option(*command, "--from-archive", arguments->archive, "DIR",
-               "Repeat the study of this folder's archive in a new folder, without its study "
-               "file, and compare: exit code 3 if anything differs");
+               "Study file (TOML; docs/config.md)")
+        ->required();
     add_option(*command, "-o,--output", arguments->output, "DIR",
-               "Folder for study.h5 and summary.json (default: results/<study name>, of a "
-               "repeated study results/<study name>-repeated)");
+               "Folder for study.h5 and summary.json (default: results/<study name>)");
     CLI::Option* resume = command->add_flag(
         "--resume", arguments->folder.resume,
         "Compute only the points that are missing in the folder; refuses a changed study");

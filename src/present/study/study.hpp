@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A study's folder (culm archive info, status and verify) and its results as files for programs and
-// as text: regressions, spread, limits of the time step, a repetition.
+// as text: regressions, spread, limits of the time step.
 #pragma once
 
 #include "study/execute/folder_state.hpp"
-#include "study/execute/repetition.hpp"
 #include "study/summary/summary.hpp"
 
 #include <cstdint>
@@ -26,9 +25,6 @@ void write_summary(const study::StudyFolder& folder, const study::StudySummary& 
 /// completed point and fraction) into the folder.
 void write_summary(const study::StudyFolder& folder, const study::TimestepSummary& summary);
 
-/// docs/archive-format.md and docs/schemas/repetition.schema.json.
-[[nodiscard]] nlohmann::ordered_json to_json(const study::Repetition& repetition);
-
 /// The two laws of the paper with their intervals and the published values, the terms that the
 /// F-tests kept, the residuals, the spread of a study with distributions (between and within stems,
 /// and its shares by factor), and the failed points.
@@ -37,9 +33,6 @@ void write_summary(const study::StudyFolder& folder, const study::TimestepSummar
 /// The bisected limits with the linearised ones and the authors' rule, the laws of the limit, the
 /// errors of smaller steps, and the failed points.
 [[nodiscard]] std::string timestep_table(const study::TimestepSummary& summary);
-
-/// The archive with which a repetition was compared, and the differences.
-[[nodiscard]] std::string repetition_text(const study::Repetition& repetition);
 
 /// "0-3, 7, 9-12": the first `most` ranges of ascending points, then how many points follow.
 [[nodiscard]] std::string ranges_text(const std::vector<std::int64_t>& points,

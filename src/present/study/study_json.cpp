@@ -303,24 +303,4 @@ void write_summary(const StudyFolder& folder, const TimestepSummary& summary) {
     core::write_text(folder.path() / "step_errors.csv", step_errors_csv(summary));
 }
 
-nlohmann::ordered_json to_json(const study::Repetition& repetition) {
-    const auto differing = [](const study::DifferingNumbers& numbers) -> nlohmann::ordered_json {
-        return {{"dataset", numbers.name},    {"unit", numbers.unit},
-                {"points", numbers.points},   {"first_point", numbers.first_point},
-                {"largest", numbers.largest}, {"largest_relative", numbers.largest_relative}};
-    };
-    nlohmann::ordered_json json = {{"format", "culm-repetition"},
-                                   {"format_version", "1.0"},
-                                   {"is_identical", repetition.is_identical()},
-                                   {"points", repetition.points},
-                                   {"missing_points", repetition.missing},
-                                   {"datasets", repetition.datasets},
-                                   {"other_outcomes", repetition.other_outcomes}};
-    json["differing"] = array_of<nlohmann::ordered_json>(repetition.differing, differing);
-    json["facts"] = nlohmann::ordered_json::object();
-    for (const study::Repetition::Fact& fact : repetition.facts)
-        json["facts"][fact.name] = {{"archived", fact.archived}, {"now", fact.now}};
-    return json;
-}
-
 } // namespace culm::present

@@ -241,30 +241,4 @@ std::string timestep_table(const study::TimestepSummary& summary) {
            failed_points_text(summary);
 }
 
-std::string repetition_text(const study::Repetition& repetition) {
-    std::string text;
-    for (const study::Repetition::Fact& fact : repetition.facts)
-        if (fact.archived == fact.now)
-            text += fmt::format("{:10} {}\n", fact.name, fact.now);
-        else
-            text += fmt::format("{:10} {} (archived)\n{:10} {} (now)\n", fact.name, fact.archived,
-                                "", fact.now);
-    if (repetition.missing > 0)
-        text += fmt::format("{} points are missing in the archive and were not compared\n",
-                            repetition.missing);
-    if (repetition.is_identical())
-        return text + fmt::format("identical  bit for bit: {} points, {} columns and histories\n",
-                                  repetition.points, repetition.datasets);
-    if (!repetition.other_outcomes.empty())
-        text += fmt::format("differs    other outcome of points {}\n",
-                            ranges_text(repetition.other_outcomes));
-    for (const study::DifferingNumbers& numbers : repetition.differing)
-        text += fmt::format("differs    {}: {} of {} points, by at most {:.3g} {} (relative "
-                            "{:.2g}), first at point {}\n",
-                            numbers.name, numbers.points, repetition.points, numbers.largest,
-                            numbers.unit, numbers.largest_relative, numbers.first_point);
-    return text + fmt::format("differs    {} of {} columns and histories\n",
-                              repetition.differing.size(), repetition.datasets);
-}
-
 } // namespace culm::present

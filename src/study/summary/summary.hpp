@@ -170,15 +170,4 @@ struct TimestepSummary : SummaryOfRun {
 /// Reduces the archive of a time-step study. Throws core::InputError for another kind of study.
 [[nodiscard]] TimestepSummary reduce_timestep_study(const ArchivedStudy& archived);
 
-struct ExportOutcome {
-    std::int64_t points = 0;
-    std::int64_t missing = 0;
-};
-
-/// Writes points.csv (point, status, factors, results, reason of failure: one line a point; a cell
-/// is empty where there is no value). The text of a study does not depend on the ranks that
-/// computed it. InputError: no archive. StorageError: damage, disk full.
-[[nodiscard]] ExportOutcome export_archive(const StudyFolder& folder,
-                                           const std::filesystem::path& target);
-
 } // namespace culm::study
