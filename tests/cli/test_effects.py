@@ -108,7 +108,7 @@ class UsersEffect(CulmTest):
         finished = self.culm("effects", self.write("mine.toml", text))
         self.assertEqual(finished.returncode, 2)
         for line, fault in ((3, 'effect.kind = "force": must be "'),
-                            (9, "parameters.c.lowr: unknown key (did you mean lower?)")):
+                            (9, "parameters.c.lowr = 2: unknown key (did you mean lower?)")):
             self.assertIn(f"mine.toml:{line}: {fault}", finished.stderr)
 
     def test_is_refused_if_its_bounds_exclude_its_default(self):

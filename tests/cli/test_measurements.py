@@ -122,8 +122,8 @@ class Fit(CulmTest):
         self.assert_exit(finished, BAD_INPUT)
         self.assertIn("stems/a/deflection.csv:1: cells are not separated by commas",
                       finished.stderr)
-        self.assertIn("stems/b/stem.toml:4: stem.diametre_mm: unknown key (did you mean "
-                      "diameter_mm?)", finished.stderr)
+        self.assertIn("stems/b/stem.toml:4: stem.diametre_mm = 2.67: unknown key (did you "
+                      "mean diameter_mm?)", finished.stderr)
 
     def test_names_a_stem_that_does_not_swing(self):
         shutil.copytree(EXAMPLES / "S01", self.folder / "still")

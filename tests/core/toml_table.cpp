@@ -36,13 +36,13 @@ std::string refusal(const std::string& text) {
 
 TEST(TomlTable, SendsAKeyToTheTableItBelongsTo) {
     EXPECT_EQ(refusal("[stem]\nlength_mm = 3\nreading = \"row\"\n"),
-              "a.toml:3: stem.reading: unknown key: reading belongs into [measurement]");
+              "a.toml:3: stem.reading = \"row\": unknown key: reading belongs into [measurement]");
     EXPECT_EQ(refusal("reading = \"row\"\n[stem]\nlength_mm = 3\n"),
-              "a.toml:1: reading: unknown key: reading belongs into [measurement]");
+              "a.toml:1: reading = \"row\": unknown key: reading belongs into [measurement]");
     EXPECT_EQ(refusal("[[mark]]\nheight_mm = 1\n[[mark]]\nlength_m = 1\n"),
-              "a.toml:4: mark.length_m: unknown key: length_m belongs into [stem]");
+              "a.toml:4: mark.length_m = 1: unknown key: length_m belongs into [stem]");
     EXPECT_EQ(refusal("[stem]\nheight_mm = 1\n"),
-              "a.toml:2: stem.height_mm: unknown key: height_mm belongs into [[mark]]");
+              "a.toml:2: stem.height_mm = 1: unknown key: height_mm belongs into [[mark]]");
     EXPECT_EQ(
         refusal("[stem.mark]\nheight_mm = 1\n"),
         "a.toml:1: stem.mark: unknown table: mark belongs into the top level: write [[mark]]");
@@ -65,15 +65,15 @@ TEST(TomlTable, KnowsTheLastDigitThatIsWritten) {
 
 TEST(TomlTable, NamesTheNearestKeyHereThenElsewhere) {
     EXPECT_EQ(refusal("[stem]\nlenght_mm = 3\n"),
-              "a.toml:2: stem.lenght_mm: unknown key (did you mean length_mm?)");
+              "a.toml:2: stem.lenght_mm = 3: unknown key (did you mean length_mm?)");
     EXPECT_EQ(refusal("[stem]\nlength_cm = 3\n"),
-              "a.toml:2: stem.length_cm: unknown key (did you mean length_mm?)");
+              "a.toml:2: stem.length_cm = 3: unknown key: the unit is mm (write length_mm = 30)");
     EXPECT_EQ(refusal("[stem]\nreadin = \"row\"\n"),
-              "a.toml:2: stem.readin: unknown key (did you mean reading in [measurement]?)");
+              "a.toml:2: stem.readin = \"row\": unknown key (did you mean reading in [measurement]?)");
     EXPECT_EQ(refusal("[stems]\nlength_mm = 3\n"),
               "a.toml:1: stems: unknown table (did you mean stem?)");
     EXPECT_EQ(refusal("[stem]\noperator = \"me\"\n"),
-              "a.toml:2: stem.operator: unknown key; allowed: length_mm");
+              "a.toml:2: stem.operator = \"me\": unknown key; allowed: length_mm");
 }
 
 TEST(TomlTable, ReportsLineValueAndAllowedValues) {
@@ -103,7 +103,7 @@ TEST(TomlTable, ReportsATableOnceHoweverOftenItIsReached) {
                           static_cast<void>(root.table("stem").number("a", {0.0, 1.0}));
                           static_cast<void>(root.table("stem").number("b", {0.0, 1.0}));
                       }),
-              "a.toml:2: stem.volume: unknown key; allowed: a, b");
+              "a.toml:2: stem.volume = 1: unknown key; allowed: a, b");
 }
 
 } // namespace

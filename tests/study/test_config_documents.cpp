@@ -30,10 +30,10 @@ std::vector<std::string> toml_blocks(const std::string& text) {
 }
 
 /// A study file to which a line with this key may be appended.
-std::string file_for(const ConfigKey& key) {
-    if (key.section == "timestep")
+std::string file_for(const KeyDescription& key) {
+    if (key.table == "timestep")
         return "[study]\nkind = \"timestep\"\n[timestep]\nfractions = [0.5]\n";
-    return "[" + key.section + "]\n";
+    return "[" + key.table + "]\n";
 }
 
 bool is_toml_value(const std::string& text) {
@@ -46,25 +46,25 @@ bool is_toml_value(const std::string& text) {
 
 TEST(ConfigDocuments, EveryDefaultIsThatOfTheReader) {
     int compared = 0;
-    for (const ConfigKey& key : config_keys()) {
+    for (const KeyDescription& key : config_keys()) {
         // Keys of a factor or of one type of design are not valid without it.
-        if (!is_toml_value(key.default_text) || key.section.starts_with("factors") ||
-            key.key == "scrambling")
+        if (!is_toml_value(key.default_text) || key.table.starts_with("factors") ||
+            key.name == "scrambling")
             continue;
         ++compared;
         const std::string text = file_for(key);
-        const std::string line = key.key + " = " + key.default_text + "\n";
+        const std::string line = key.name + " = " + key.default_text + "\n";
         EXPECT_EQ(parse_config(text + line, "with").identity(),
                   parse_config(text, "without").identity())
-            << key.section << ": " << line;
+            << key.table << ": " << line;
     }
     EXPECT_GT(compared, 25);
 }
 
 TEST(ConfigDocuments, EveryKeyIsListedOnce) {
     std::set<std::string> seen;
-    for (const ConfigKey& key : config_keys())
-        EXPECT_TRUE(seen.insert(key.section + "." + key.key).second) << key.section << key.key;
+    for (const KeyDescription& key : config_keys())
+        EXPECT_TRUE(seen.insert(key.table + "." + key.name).second) << key.table << key.name;
 }
 
 TEST(ConfigDocuments, TheExamplesInTheTextAreValid) {

@@ -47,6 +47,8 @@ TEST(ConfigIdentity, LinesAreSortedAndComplete) {
         "integrator.dimensions = 2\n"
         "integrator.method = implicit\n"
         "integrator.relative_tolerance = 2e-06\n"
+        "law.damping_factor = 2\n"
+        "law.damping_inertia = reduced\n"
         "law.name = schramm2019\n"
         "reduce.amplitude = free\n"
         "reduce.significance = 0.05\n"

@@ -32,8 +32,8 @@ double mass_per_length(const run::CaseSpec& spec) {
 TEST(ParameterTable, EveryKeyNamesItsUnit) {
     for (const Parameter& p : parameters())
         if (!p.unit.suffix.empty()) {
-            ASSERT_TRUE(split_key(p.key).unit.has_value()) << p.key;
-            EXPECT_EQ(split_key(p.key).unit->suffix, p.unit.suffix) << p.key;
+            ASSERT_TRUE(core::split_key(p.key).unit.has_value()) << p.key;
+            EXPECT_EQ(core::split_key(p.key).unit->suffix, p.unit.suffix) << p.key;
         }
 }
 

@@ -14,19 +14,19 @@
 namespace culm::cli {
 namespace {
 
-using study::ConfigKey;
+using study::KeyDescription;
 
 /// The tables in the order of the catalogue.
 std::vector<std::string> config_tables() {
     std::vector<std::string> names;
-    for (const ConfigKey& key : study::config_keys())
-        if (names.empty() || names.back() != key.section)
-            names.push_back(key.section);
+    for (const KeyDescription& key : study::config_keys())
+        if (names.empty() || names.back() != key.table)
+            names.push_back(key.table);
     return names;
 }
 
 /// "a number in (0, 1000] mm; default 2.83".
-std::string key_value(const ConfigKey& key) {
+std::string key_value(const KeyDescription& key) {
     std::string text = key.allowed();
     if (key.unit == "as the parameter")
         text += ", in the parameter's unit";
@@ -38,26 +38,26 @@ std::string spoken(const std::string& section) {
     return section.substr(0, section.find(".<"));
 }
 
-bool is_named(const ConfigKey& key, const std::string& name) {
-    return name == key.section || name == spoken(key.section) || name == key.key ||
-           name == spoken(key.section) + "." + key.key;
+bool is_named(const KeyDescription& key, const std::string& name) {
+    return name == key.table || name == spoken(key.table) || name == key.name ||
+           name == spoken(key.table) + "." + key.name;
 }
 
 [[noreturn]] void refuse(const std::string& name) {
     std::vector<std::string> valid = config_tables();
-    for (const ConfigKey& key : study::config_keys())
-        valid.push_back(key.key);
+    for (const KeyDescription& key : study::config_keys())
+        valid.push_back(key.name);
     throw core::InputError(fmt::format(
         "there is no table or key \"{}\" in a study file{}; `culm keys` lists those there are",
         name, study::did_you_mean(name, valid, "\"")));
 }
 
-std::string card(const ConfigKey& key) {
+std::string card(const KeyDescription& key) {
     constexpr std::size_t indent = 4;
     const std::string margin(indent, ' ');
     std::string meaning = key.meaning;
     std::erase(meaning, '`'); // of Markdown, around names of other keys
-    return fmt::format("{}\n{}{}", key.key,
+    return fmt::format("{}\n{}{}", key.name,
                        present::wrapped(margin, key_value(key), present::text_width - indent),
                        present::wrapped(margin, meaning, present::text_width - indent));
 }
@@ -67,8 +67,9 @@ std::string config_key_list() {
     std::string text;
     for (const std::string& section : config_tables()) {
         std::vector<std::string> names;
-        for (const ConfigKey& key : study::config_keys_of(section))
-            names.push_back(key.key);
+        for (const KeyDescription& key : study::config_keys())
+            if (key.table == section)
+                names.push_back(key.name);
         text += fmt::format("[{}]\n{}", section,
                             present::wrapped("    ", fmt::format("{}", fmt::join(names, ", ")),
                                              present::text_width));
@@ -82,11 +83,11 @@ std::string config_key_cards(const std::vector<std::string>& names) {
     std::string text;
     for (const std::string& name : names) {
         std::string section;
-        for (const ConfigKey& key : study::config_keys()) {
+        for (const KeyDescription& key : study::config_keys()) {
             if (!is_named(key, name))
                 continue;
-            if (key.section != section) {
-                section = key.section;
+            if (key.table != section) {
+                section = key.table;
                 text += fmt::format("{}[{}]\n", text.empty() ? "" : "\n", section);
             }
             text += card(key);
@@ -117,7 +118,7 @@ void add_keys_command(CLI::App& app) {
         ->excludes(names);
     command->callback([arguments] {
         if (arguments->is_markdown)
-            fmt::print("{}", study::config_key_tables());
+            fmt::print("{}", core::markdown_tables(study::config_keys()));
         else if (arguments->names.empty())
             fmt::print("{}\n`culm keys NAME` describes the keys of a table, or one key.\n",
                        config_key_list());

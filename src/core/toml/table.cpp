@@ -4,11 +4,12 @@
 #include "core/decimal_text.hpp"
 #include "core/nearest_name.hpp"
 #include "core/toml/value.hpp"
+#include "core/units.hpp"
 #include "core/user_files.hpp"
 
 #include <algorithm>
-#include <array>
 #include <map>
+#include <set>
 #include <type_traits>
 
 #include <fmt/format.h>
@@ -20,14 +21,25 @@ namespace {
 
 /// The key without its unit: "length" of "length_mm".
 std::string_view quantity_of(std::string_view key) {
-    constexpr std::array<std::string_view, 16> units{
-        "_mm", "_m",   "_cm", "_um", "_g",     "_kg",    "_mg", "_mm2",
-        "_m2", "_mm4", "_m4", "_s",  "_kg_m3", "_g_cm3", "_ms", "_us"};
-    std::size_t longest = 0;
-    for (const std::string_view unit : units)
-        if (key.ends_with(unit) && key.size() > unit.size())
-            longest = std::max(longest, unit.size());
-    return key.substr(0, key.size() - longest);
+    return split_key(key).quantity;
+}
+
+/// The hint for a key that names a valid quantity with another unit, or with none.
+std::string unit_hint(const TomlEntry& entry, std::span<const std::string> valid) {
+    const KeyParts found = split_key(entry.key);
+    const auto value = entry.node->value<double>();
+    for (const std::string& key : valid) {
+        const KeyParts right = split_key(key);
+        // The same quantity in another unit: the key was meant.
+        if (right.quantity != found.quantity || !right.unit)
+            continue;
+        if (!found.unit || found.unit->dimension != right.unit->dimension || !value)
+            return fmt::format(": write {}, in {}", key, right.unit->name);
+        // The value is converted too: with a new key alone the stem would change by powers of ten.
+        return fmt::format(": the unit is {} (write {} = {:.12g})", right.unit->name, key,
+                           right.unit->from_si(found.unit->to_si(*value)));
+    }
+    return {};
 }
 
 std::string must_be(std::string_view allowed, const std::string& otherwise) {
@@ -91,6 +103,7 @@ struct TomlTable::Places {
     /// A table that no reader asked for is not among these: it is an unknown key of the table above
     /// it and is reported once, without its content.
     std::map<const toml::table*, std::size_t> reached; ///< with the index of its place
+    std::set<const toml::node*> refused;               ///< values in the place of tables
 
     std::size_t index_of(std::string_view name, bool is_list) {
         const auto found = std::ranges::find(places, name, &Place::name);
@@ -107,32 +120,36 @@ struct TomlTable::Places {
     }
 
     /// Tables where a key is valid: "; it belongs into [a] or [[b]]", or nothing.
-    [[nodiscard]] std::string right_place(const std::string& key) const {
+    [[nodiscard]] std::string right_place(const TomlEntry& entry) const {
+        const std::string& key = entry.key;
+        const bool is_table = entry.node->is_table() || entry.node->is_array_of_tables();
         std::vector<std::string> names;
         for (const Place& place : places)
-            if (place.has(key))
+            // A value is not a table of the top level with the same name.
+            if (place.has(key) && (is_table || !place.name.empty() || written(key) == key))
                 names.push_back(place.name.empty() ? "the top level: write " + written(key)
                                                    : place.written());
         return names.empty() ? ""
                              : fmt::format(": {} belongs into {}", key, fmt::join(names, " or "));
     }
 
-    /// The valid name nearest to an unknown one.
-    [[nodiscard]] std::string hint(const std::string& key, const Place& here) const {
-        if (std::string right = right_place(key); !right.empty())
+    /// The valid name nearest to an unknown one: the quantity with another unit, or a near name;
+    /// first among `valid`, then in the other tables.
+    [[nodiscard]] std::string hint(const TomlEntry& entry,
+                                   std::span<const std::string> valid_here) const {
+        const std::string& key = entry.key;
+        if (std::string right = right_place(entry); !right.empty())
             return right;
-        // The quantity with another unit, or a near name; first in this table, then in the others.
-        for (const std::string& valid : here.keys)
-            if (quantity_of(valid) == quantity_of(key))
-                return fmt::format(" (did you mean {}?)", valid);
-        if (const std::string nearest = nearest_name(key, here.keys); !nearest.empty())
+        if (std::string unit = unit_hint(entry, valid_here); !unit.empty())
+            return unit;
+        if (const std::string nearest = nearest_name(key, valid_here); !nearest.empty())
             return fmt::format(" (did you mean {}?)", nearest);
         for (const Place& place : places)
             for (const std::string& valid : place.keys)
                 if (!place.name.empty() && (quantity_of(valid) == quantity_of(key) ||
                                             edit_distance(valid, key) <= key.size() / 4))
                     return fmt::format(" (did you mean {} in {}?)", valid, place.written());
-        return here.keys.empty() ? "" : fmt::format("; allowed: {}", fmt::join(here.keys, ", "));
+        return valid_here.empty() ? "" : fmt::format("; allowed: {}", fmt::join(valid_here, ", "));
     }
 };
 
@@ -299,7 +316,7 @@ double TomlTable::required_length(const std::string& name, const Interval& range
 
 TomlTable TomlTable::table(const std::string& key) const {
     const toml::node* found = ask(key);
-    if (found != nullptr && !found->is_table())
+    if (found != nullptr && !found->is_table() && places_->refused.insert(found).second)
         fault(key, fmt::format("must be a table: write [{}]", full_key(key)));
     return {found != nullptr ? found->as_table() : nullptr, full_key(key), false, *this};
 }
@@ -340,12 +357,44 @@ void TomlTable::refuse_unknown_keys() const {
     for (const auto& [table, place] : places_->reached) {
         const Places::Place& here = places_->places[place];
         for (const TomlEntry& entry : entries_in_order(*table))
-            if (!here.has(entry.key))
-                faults_->add(entry.line, fmt::format("{}{}{}: unknown {}{}", here.name,
-                                                     here.name.empty() ? "" : ".", entry.key,
-                                                     entry.node->is_table() ? "table" : "key",
-                                                     places_->hint(entry.key, here)));
+            if (!here.has(entry.key)) {
+                const std::string name =
+                    fmt::format("{}{}{}", here.name, here.name.empty() ? "" : ".", entry.key);
+                const std::string hint = places_->hint(entry, here.keys);
+                if (entry.node->is_table() || entry.node->is_array_of_tables())
+                    faults_->add(entry.line, fmt::format("{}: unknown table{}", name, hint));
+                else
+                    faults_->add(entry.line, name, value_text(*entry.node), "unknown key" + hint);
+            }
     }
+}
+
+std::string TomlTable::unknown_key_hint(const TomlEntry& entry,
+                                        std::span<const std::string> valid) const {
+    return "unknown key" + places_->hint(entry, valid);
+}
+
+void TomlTable::refuse(std::string_view key, std::string_view reason) const {
+    if (has(key))
+        fault(key, reason);
+    else
+        faults_->add(std::max<std::size_t>(line(key), 1),
+                     fmt::format("{} is missing: {}", full_key(key), reason));
+}
+
+void TomlTable::declare(std::string_view name, std::span<const std::string> keys) const {
+    const std::size_t index = name.empty() ? place_ : places_->index_of(full_key(name), false);
+    for (const std::string& key : keys)
+        if (!places_->places[index].has(key))
+            places_->places[index].keys.push_back(key);
+}
+
+std::vector<TomlEntry> TomlTable::entries() const {
+    return table_ != nullptr ? entries_in_order(*table_) : std::vector<TomlEntry>();
+}
+
+const toml::node* TomlTable::node(std::string_view key) const {
+    return table_ != nullptr ? table_->get(key) : nullptr;
 }
 
 const toml::node* TomlTable::ask(const std::string& key, bool is_other_unit) const {

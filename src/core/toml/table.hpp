@@ -4,6 +4,7 @@
 #pragma once
 
 #include "core/interval.hpp"
+#include "core/toml/value.hpp"
 #include "core/user_files.hpp"
 
 #include <cstddef>
@@ -91,11 +92,24 @@ class TomlTable {
 
     /// Accepts a key whose content another program reads.
     void leave(const std::string& key) const;
+    /// Declares `keys` of the table `name` of the file; an empty name is this table's own. Hints
+    /// for misplaced keys know them from now on.
+    void declare(std::string_view name, std::span<const std::string> keys) const;
+    /// The entries in the order of the file, with their values, for readers of other forms.
+    [[nodiscard]] std::vector<TomlEntry> entries() const;
+    /// The value of a key; null if it is absent.
+    [[nodiscard]] const toml::node* node(std::string_view key) const;
 
     /// Records that the key is missing, unless it is present but wrong or the table is absent.
     void missing(const std::string& key, std::string_view allowed) const;
     /// Records a fault at the key, with its value.
     void fault(std::string_view key, std::string_view text) const;
+    /// Records that the key may not be there, or that it is missing, with the reason.
+    void refuse(std::string_view key, std::string_view reason) const;
+    /// What is missing from a name that no key or table has: the table that it belongs to, the
+    /// right unit with the converted number, or the nearest of `valid`.
+    [[nodiscard]] std::string unknown_key_hint(const TomlEntry& entry,
+                                               std::span<const std::string> valid) const;
 
     /// Records every unread key of this table and of those reached from it, with the table that it
     /// belongs to or the nearest valid name.

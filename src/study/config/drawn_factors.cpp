@@ -40,14 +40,14 @@ std::optional<Unit> unit_named(std::string_view name) {
     // Units are defined as suffixes of keys: any key with this suffix shows whether there is such
     // a unit.
     const std::string key = "x_" + suffix;
-    const KeyParts parts = split_key(key);
+    const core::KeyParts parts = core::split_key(key);
     return parts.quantity == "x" ? parts.unit : std::nullopt;
 }
 
 Unit unit_of(const ColumnRequest& request, const Parameter& parameter) {
     const bool is_given = !request.unit.empty();
     const std::optional<Unit> unit =
-        is_given ? unit_named(request.unit) : split_key(request.column).unit;
+        is_given ? unit_named(request.unit) : core::split_key(request.column).unit;
     if (is_given && !unit)
         throw core::InputError(fmt::format("{}: unknown unit {}", request.file, request.unit));
     if (!unit)
@@ -82,98 +82,97 @@ std::pair<double, double> allowed_ends(const Interval& range) {
 }
 
 /// [min, max] in the parameter's unit: as given, or the allowed ends.
-std::pair<double, double> truncation(const FactorTable& table, bool is_lognormal) {
-    const auto [lowest, highest] = allowed_ends(table.parameter.range);
-    return {table.value("min").value_or(is_lognormal ? std::max(lowest, 0.0) : lowest),
-            table.value("max").value_or(highest)};
+std::pair<double, double> truncation(const FactorReader& factor) {
+    const auto [lowest, highest] = allowed_ends(factor.parameter.range);
+    const bool is_lognormal = factor.entry.distribution == DrawnFrom::Lognormal;
+    return {factor.value("min", factor.entry.min)
+                .value_or(is_lognormal ? std::max(lowest, 0.0) : lowest),
+            factor.value("max", factor.entry.max).value_or(highest)};
 }
 
-/// A distribution that is defined by a formula.
-std::optional<Distribution> read_formula(const FactorTable& table, const std::string& kind) {
-    const std::size_t errors_before = table.context.errors.count();
-    const bool is_uniform = kind == "uniform";
-    const bool is_lognormal = kind == "lognormal";
-    table.refuse(column_keys, "only with distribution = \"empirical\"");
+/// A distribution that is defined by a formula, called `name`.
+std::optional<Distribution> read_formula(const FactorReader& factor, const std::string& name) {
+    const std::size_t errors_before = factor.context.errors.count();
+    const core::TomlTable& table = factor.table;
+    const bool is_uniform = factor.entry.distribution == DrawnFrom::Uniform;
+    const bool is_lognormal = factor.entry.distribution == DrawnFrom::Lognormal;
+    factor.refuse(column_keys, "only with distribution = \"empirical\"");
     if (is_uniform)
-        table.refuse(std::array{"mean", "sd"}, "a uniform distribution takes min and max");
+        factor.refuse(std::array{"mean", "sd"}, "a uniform distribution takes min and max");
     for (const char* key : is_uniform ? std::array{"min", "max"} : std::array{"mean", "sd"})
-        table.need(key, fmt::format("distribution = \"{}\"", kind));
-    const auto mean = table.value("mean");
-    const auto sd = table.reader.number("sd");
-    const std::pair<double, double> limits = truncation(table, is_lognormal);
-    const double min = limits.first;
-    const double max = limits.second;
+        factor.need(key, fmt::format("distribution = \"{}\"", name));
+    const auto mean = factor.value("mean", factor.entry.mean);
+    const auto [min, max] = truncation(factor);
     if (is_lognormal && mean && *mean <= 0.0)
-        table.reader.error("mean", "must be positive for a lognormal distribution");
+        table.refuse("mean", "must be positive for a lognormal distribution");
     if (is_lognormal && min < 0.0)
-        table.reader.error("min", "must not be negative for a lognormal distribution");
-    if (table.context.errors.count() == errors_before && min >= max)
-        table.reader.error(table.reader.has("max") ? "max" : "min",
-                           fmt::format("max = {} must be greater than min = {}", max, min));
-    if (table.context.errors.count() != errors_before)
+        table.refuse("min", "must not be negative for a lognormal distribution");
+    if (factor.context.errors.count() == errors_before && min >= max)
+        table.refuse(table.has("max") ? "max" : "min",
+                     fmt::format("max = {} must be greater than min = {}", max, min));
+    if (factor.context.errors.count() != errors_before)
         return std::nullopt;
-    const auto si = [&](double v) { return table.parameter.unit.to_si(v); };
-    const auto make = [&] {
-        if (is_uniform)
-            return Distribution::uniform(si(min), si(max));
-        return is_lognormal ? Distribution::lognormal(si(*mean), si(*sd), si(min), si(max))
-                            : Distribution::normal(si(*mean), si(*sd), si(min), si(max));
-    };
-    Distribution distribution = make();
+    const Unit& unit = factor.parameter.unit;
+    const double low = unit.to_si(min);
+    const double high = unit.to_si(max);
+    const double center = unit.to_si(mean.value_or(0.0));
+    const double sd = unit.to_si(factor.entry.sd.value_or(0.0));
+    const Distribution distribution = is_uniform ? Distribution::uniform(low, high)
+                                      : is_lognormal
+                                          ? Distribution::lognormal(center, sd, low, high)
+                                          : Distribution::normal(center, sd, low, high);
     // Draws are made by the quantile of the truncated distribution. In the far tail it depends on
     // the assumed shape alone, which no measurement supports there.
     if (distribution.kept_probability() < smallest_kept_probability) {
-        table.reader.error("mean", fmt::format("only {:.2g} of the distribution lies between min = "
-                                               "{} and max = {}; at least {} must",
-                                               distribution.kept_probability(), min, max,
-                                               smallest_kept_probability));
+        table.refuse("mean", fmt::format("only {:.2g} of the distribution lies between min = {} "
+                                         "and max = {}; at least {} must",
+                                         distribution.kept_probability(), min, max,
+                                         smallest_kept_probability));
         return std::nullopt;
     }
     return distribution;
 }
 
-std::optional<Factor> read_empirical(const FactorTable& table) {
-    table.refuse(std::array{"mean", "sd", "min", "max"},
-                 "an empirical distribution takes the values of its file as they are");
+std::optional<Factor> read_empirical(const FactorReader& factor) {
+    factor.refuse(std::array{"mean", "sd", "min", "max"},
+                  "an empirical distribution takes the values of its file as they are");
     for (const char* key : {"file", "column"})
-        table.need(key, "distribution = \"empirical\"");
-    const auto file = table.reader.text("file");
-    const auto column = table.reader.text("column");
-    const std::string unit = table.reader.text("unit").value_or("");
-    const bool keeps_rows = table.reader.word("rows").value_or("independent") == "together";
-    if (!file || !column)
+        factor.need(key, "distribution = \"empirical\"");
+    const FactorEntry& entry = factor.entry;
+    if (entry.file.empty() || entry.column.empty())
         return std::nullopt;
+    const bool keeps_rows = entry.rows == Rows::Together;
     try {
         std::vector<double> values =
-            measured_values(text_of_named_file(table.context, *file),
-                            {*file, *column, unit, keeps_rows}, table.parameter);
+            measured_values(text_of_named_file(factor.context, entry.file),
+                            {entry.file, entry.column, entry.unit, keeps_rows}, factor.parameter);
         // Sorted, so that strata of the unit interval are strata of the values; rows that stay
         // together keep the order of the file, which the columns share.
         if (!keeps_rows)
             std::ranges::sort(values);
-        Factor factor{&table.parameter, Distribution::empirical(std::move(values)), true};
-        factor.measured = MeasuredColumn{*file, *column, keeps_rows};
-        return factor;
+        Factor drawn{&factor.parameter, Distribution::empirical(std::move(values)), true};
+        drawn.measured = MeasuredColumn{entry.file, entry.column, keeps_rows};
+        return drawn;
     } catch (const core::InputError& error) {
-        table.reader.error("file", error.what());
+        factor.table.refuse("file", error.what());
         return std::nullopt;
     }
 }
 
-std::optional<WithinStemScatter> read_scatter(const FactorTable& table) {
-    const auto sd = table.reader.number("within_sd");
-    if (!sd)
+std::optional<WithinStemScatter> scatter_of(const FactorReader& factor) {
+    if (!factor.entry.within_sd)
         return std::nullopt;
-    const Unit& unit = table.parameter.unit;
-    const auto [lowest, highest] = allowed_ends(table.parameter.range);
-    return WithinStemScatter{unit.to_si(*sd), unit.to_si(lowest), unit.to_si(highest)};
+    const Unit& unit = factor.parameter.unit;
+    const auto [lowest, highest] = allowed_ends(factor.parameter.range);
+    return WithinStemScatter{unit.to_si(*factor.entry.within_sd), unit.to_si(lowest),
+                             unit.to_si(highest)};
 }
 
 /// Indices of the factors named; nothing with the errors recorded.
 std::optional<std::vector<std::size_t>>
-read_members(const TableReader& reader, const toml::node& node, const StudyConfig& config) {
-    const auto refuse = [&reader](const std::string& reason) {
-        reader.error("factors", reason);
+read_members(const core::TomlTable& table, const toml::node& node, const StudyConfig& config) {
+    const auto refuse = [&table](const std::string& reason) {
+        table.refuse("factors", reason);
         return std::nullopt;
     };
     std::vector<std::string> valid;
@@ -215,10 +214,10 @@ std::string complaint_about(const std::vector<std::size_t>& members, const Study
 }
 
 /// (size, size), row-major; nothing with the errors recorded.
-std::optional<std::vector<double>> read_matrix(const TableReader& reader, const toml::node& node,
+std::optional<std::vector<double>> read_matrix(const core::TomlTable& table, const toml::node& node,
                                                std::size_t size) {
     const auto refuse = [&](const std::string& reason) {
-        reader.error("rank", reason);
+        table.refuse("rank", reason);
         return std::nullopt;
     };
     const std::string shape =
@@ -289,59 +288,55 @@ std::vector<double> measured_values(std::string_view text, const ColumnRequest& 
     return values;
 }
 
-std::optional<Factor> read_distribution(const FactorTable& table) {
-    const std::size_t errors_before = table.context.errors.count();
-    table.refuse(range_keys, "only for a range, without distribution");
-    const auto kind = table.reader.word("distribution");
-    if (!kind)
+std::optional<Factor> read_distribution(const FactorReader& factor) {
+    const std::size_t errors_before = factor.context.errors.count();
+    factor.refuse(range_keys, "only for a range, without distribution");
+    if (factor.parameter.is_whole_number)
+        factor.table.refuse("distribution", "whole numbers take a list or a range");
+    std::optional<Factor> drawn;
+    const std::string name = factor.table.node("distribution")->value_or<std::string>("");
+    if (factor.entry.distribution == DrawnFrom::Empirical)
+        drawn = read_empirical(factor);
+    else if (auto distribution = read_formula(factor, name))
+        drawn = Factor{&factor.parameter, std::move(*distribution), true};
+    const bool is_per_test = factor.entry.level == Level::Test;
+    if (is_per_test && factor.entry.within_sd)
+        factor.table.refuse("within_sd", "not with level = \"test\": the tests of a stem have no "
+                                         "value of the stem to scatter about");
+    if (!drawn || factor.context.errors.count() != errors_before)
         return std::nullopt;
-    if (table.parameter.is_whole_number)
-        table.reader.error("distribution", "whole numbers take a list or a range");
-    std::optional<Factor> factor;
-    if (*kind == "empirical")
-        factor = read_empirical(table);
-    else if (auto distribution = read_formula(table, *kind))
-        factor = Factor{&table.parameter, std::move(*distribution), true};
-    const bool is_per_test = table.reader.word("level").value_or("stem") == "test";
-    const auto within_stem = read_scatter(table);
-    if (is_per_test && table.reader.has("within_sd"))
-        table.reader.error("within_sd", "not with level = \"test\": the tests of a stem have no "
-                                        "value of the stem to scatter about");
-    if (!factor || table.context.errors.count() != errors_before)
-        return std::nullopt;
-    factor->is_per_test = is_per_test;
-    factor->within_stem = within_stem;
-    return factor;
+    drawn->is_per_test = is_per_test;
+    drawn->within_stem = scatter_of(factor);
+    return drawn;
 }
 
 void read_correlation(ConfigContext& context) {
-    const toml::table* table = context.section("correlation");
-    if (table == nullptr)
+    const core::TomlTable table = context.table("correlation");
+    if (!table.exists())
         return;
-    const TableReader reader = context.checked_reader("correlation");
-    const toml::node* factors = table->get("factors");
-    const toml::node* rank = table->get("rank");
+    const toml::node* factors = table.node("factors");
+    const toml::node* rank = table.node("rank");
     if (factors == nullptr || rank == nullptr) {
-        reader.error(factors == nullptr ? "factors" : "rank", "[correlation] needs it");
+        table.refuse(factors == nullptr ? "factors" : "rank", "[correlation] needs it");
         return;
     }
     // Factors that could not be read would be reported as missing.
     if (context.errors.count() > 0)
         return;
-    const auto members = read_members(reader, *factors, context.config);
-    const auto matrix = members ? read_matrix(reader, *rank, members->size()) : std::nullopt;
+    const auto members = read_members(table, *factors, context.config);
+    const auto matrix = members ? read_matrix(table, *rank, members->size()) : std::nullopt;
     if (!members || !matrix)
         return;
     if (const std::string complaint = complaint_about(*members, context.config);
         !complaint.empty()) {
-        reader.error("factors", complaint);
+        table.refuse("factors", complaint);
         return;
     }
     try {
         context.config.correlation =
             FactorCorrelation{*members, RankCorrelation(members->size(), *matrix)};
     } catch (const core::InputError& error) {
-        reader.error("rank", error.what());
+        table.refuse("rank", error.what());
     }
 }
 

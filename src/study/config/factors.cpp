@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 
 #include <fmt/format.h>
@@ -13,10 +14,7 @@
 namespace culm::study {
 
 std::string parameter_allowed(const Parameter& parameter) {
-    for (const ConfigKey& key : config_keys_of(parameter.section))
-        if (key.key == parameter.key)
-            return "must be " + key.allowed();
-    return {};
+    return "must be " + description_of(parameter).allowed();
 }
 
 namespace {
@@ -56,7 +54,7 @@ std::optional<Factor> read_levels(const toml::array& array, const core::TomlEntr
     for (const toml::node& node : array) {
         const auto value = parameter_value(node, parameter);
         if (!value) {
-            context.errors.add(line_of(node), "factors." + entry.key, value_text(node),
+            context.errors.add(core::line_of(node), "factors." + entry.key, core::value_text(node),
                                parameter_allowed(parameter));
             return std::nullopt;
         }
@@ -84,67 +82,69 @@ Levels spaced(double from, double to, std::int64_t count, bool is_log) {
 }
 
 /// Number of levels from `step` or `count`; nothing (with the error recorded) if they are wrong.
-std::optional<std::int64_t> level_count(const FactorTable& table, double from, double to) {
-    if (table.reader.has("count"))
-        return table.reader.whole_number("count");
-    const auto step = table.reader.number("step");
-    if (!step)
+std::optional<std::int64_t> level_count(const FactorReader& factor, double from, double to) {
+    if (factor.table.has("count"))
+        return factor.entry.count;
+    if (!factor.entry.step)
         return std::nullopt;
-    const double intervals = (to - from) / *step;
+    const double intervals = (to - from) / *factor.entry.step;
     constexpr double most_intervals = 1e6;
     // Decimal inputs cause a relative error of about 1e-16 in the quotient.
     if (std::abs(intervals - std::round(intervals)) <= 1e-6 && std::round(intervals) >= 1.0 &&
         intervals <= most_intervals)
         return std::llround(intervals) + 1;
-    table.reader.error("step", fmt::format("must divide the range from {} to {} into 1 to {} parts",
-                                           from, to, most_intervals));
+    factor.table.refuse("step",
+                        fmt::format("must divide the range from {} to {} into 1 to {} parts", from,
+                                    to, most_intervals));
     return std::nullopt;
 }
 
 /// A range without levels, over which Latin hypercubes and Sobol sequences spread.
-std::optional<Factor> continuous_range(const FactorTable& table, const core::TomlEntry& entry,
-                                       double from, double to, bool is_log) {
+std::optional<Factor> continuous_range(const FactorReader& factor, const core::TomlEntry& entry,
+                                       double from, double to) {
     // A factorial design combines levels; a range without levels has none to combine.
-    if (table.context.config.design.type == DesignType::Factorial ||
-        table.parameter.is_whole_number) {
-        table.context.fault("factors", entry,
-                            table.parameter.is_whole_number
-                                ? "a range of whole numbers needs step or count"
-                                : "a range in a factorial design needs step or count");
+    if (factor.context.config.design.type == DesignType::Factorial ||
+        factor.parameter.is_whole_number) {
+        factor.context.fault("factors", entry,
+                             factor.parameter.is_whole_number
+                                 ? "a range of whole numbers needs step or count"
+                                 : "a range in a factorial design needs step or count");
         return std::nullopt;
     }
-    const Unit& unit = table.parameter.unit;
-    return Factor{&table.parameter,
-                  is_log ? Distribution::log_uniform(unit.to_si(from), unit.to_si(to))
-                         : Distribution::uniform(unit.to_si(from), unit.to_si(to))};
+    const Unit& unit = factor.parameter.unit;
+    return Factor{&factor.parameter,
+                  factor.entry.spacing == Spacing::Log
+                      ? Distribution::log_uniform(unit.to_si(from), unit.to_si(to))
+                      : Distribution::uniform(unit.to_si(from), unit.to_si(to))};
 }
 
-std::optional<Factor> read_range(const FactorTable& table, const core::TomlEntry& entry) {
-    const std::size_t errors_before = table.context.errors.count();
-    table.refuse(distribution_keys, "only with distribution");
-    table.need("from", "a range");
-    table.need("to", "a range");
-    const auto from = table.value("from");
-    const auto to = table.value("to");
-    const bool is_log = table.reader.word("spacing").value_or("linear") == "log";
+std::optional<Factor> read_range(const FactorReader& factor, const core::TomlEntry& entry) {
+    const std::size_t errors_before = factor.context.errors.count();
+    const core::TomlTable& table = factor.table;
+    factor.refuse(distribution_keys, "only with distribution");
+    factor.need("from", "a range");
+    factor.need("to", "a range");
+    const auto from = factor.value("from", factor.entry.from);
+    const auto to = factor.value("to", factor.entry.to);
+    const bool is_log = factor.entry.spacing == Spacing::Log;
     if (from && to && *from >= *to)
-        table.reader.error("to", fmt::format("must be greater than from = {}", *from));
+        table.refuse("to", fmt::format("must be greater than from = {}", *from));
     if (is_log && from && *from <= 0.0)
-        table.reader.error("from", "must be positive for spacing = \"log\"");
-    if (table.reader.has("step") && (is_log || table.reader.has("count")))
-        table.reader.error("step", is_log ? "spacing = \"log\" takes count instead"
-                                          : "not together with count");
-    if (table.context.errors.count() != errors_before || !from || !to)
+        table.refuse("from", "must be positive for spacing = \"log\"");
+    if (table.has("step") && (is_log || table.has("count")))
+        table.refuse("step",
+                     is_log ? "spacing = \"log\" takes count instead" : "not together with count");
+    if (factor.context.errors.count() != errors_before || !from || !to)
         return std::nullopt;
-    if (!table.reader.has("step") && !table.reader.has("count"))
-        return continuous_range(table, entry, *from, *to, is_log);
-    const auto count = level_count(table, *from, *to);
+    if (!table.has("step") && !table.has("count"))
+        return continuous_range(factor, entry, *from, *to);
+    const auto count = level_count(factor, *from, *to);
     if (!count)
         return std::nullopt;
     Levels levels = spaced(*from, *to, *count, is_log);
     for (double& level : levels)
-        level = table.parameter.unit.to_si(level);
-    return factor_of(std::move(levels), entry, table.parameter, table.context);
+        level = factor.parameter.unit.to_si(level);
+    return factor_of(std::move(levels), entry, factor.parameter, factor.context);
 }
 
 /// The factor of one entry of [factors], or nothing with the errors recorded.
@@ -167,10 +167,16 @@ std::optional<Factor> read_factor(const core::TomlEntry& entry, const Parameter&
                                   parameter.section));
         return std::nullopt;
     }
-    const FactorTable factor{
-        TableReader(table, "factors." + entry.key, "factors.<parameter>", context.errors),
-        parameter, context};
-    factor.reader.refuse_unknown_keys();
+    FactorReader factor{context.table("factors").table(entry.key), {}, parameter, context};
+    std::vector<std::string> names;
+    for (const KeyDescription& key : factor_table().keys())
+        names.push_back(key.name);
+    factor.table.declare("", names);
+    const std::size_t errors_before = context.errors.count();
+    std::set<std::string> wrong;
+    factor_table().read(factor.table, factor.entry, wrong);
+    if (context.errors.count() != errors_before)
+        return std::nullopt;
     return is_distribution ? read_distribution(factor) : read_range(factor, entry);
 }
 
@@ -191,15 +197,14 @@ const Parameter* parameter_of(const core::TomlEntry& entry, const std::string& s
         parameter = context.config.effects.find(entry.key);
     if (parameter == nullptr)
         context.fault(section, entry,
-                      unknown_key_hint({section, entry.key, entry.node->value<double>()},
-                                       parameter_keys(context.config.effects)));
+                      context.root.unknown_key_hint(entry, parameter_keys(context.config.effects)));
     return parameter;
 }
 
 /// Reads one [[design.point]] table into the columns, which the first table defines.
 void read_point(const toml::table& point, bool is_first, std::vector<Factor>& columns,
                 ConfigContext& context) {
-    for (const core::TomlEntry& entry : entries_in_order(point)) {
+    for (const core::TomlEntry& entry : core::entries_in_order(point)) {
         const Parameter* parameter = parameter_of(entry, "design.point", context);
         if (parameter == nullptr)
             continue;
@@ -221,20 +226,19 @@ void read_point(const toml::table& point, bool is_first, std::vector<Factor>& co
     }
     for (const Factor& column : columns)
         if (!point.contains(column.parameter->key))
-            context.errors.add(line_of(point),
+            context.errors.add(core::line_of(point),
                                fmt::format("design.point.{} is missing: every [[design.point]] "
                                            "must give what the first gives",
                                            column.parameter->key));
 }
 
 void read_points(ConfigContext& context) {
-    const toml::table* design = context.section("design");
-    const toml::node* node = design != nullptr ? design->get("point") : nullptr;
+    const toml::node* node = context.table("design").node("point");
     if (node == nullptr || context.config.design.type != DesignType::List)
         return;
     const toml::array* points = node->as_array();
     if (points == nullptr || points->empty() || !points->is_homogeneous<toml::table>()) {
-        context.errors.add(line_of(*node), "design.point", value_text(*node),
+        context.errors.add(core::line_of(*node), "design.point", core::value_text(*node),
                            "must be tables [[design.point]]");
         return;
     }
@@ -242,7 +246,7 @@ void read_points(ConfigContext& context) {
     for (std::size_t i = 0; i < points->size(); ++i)
         read_point(*(*points)[i].as_table(), i == 0, columns, context);
     if (columns.empty())
-        context.errors.add(line_of(*node), "design.point: must give at least one parameter");
+        context.errors.add(core::line_of(*node), "design.point: must give at least one parameter");
     context.config.design.points = static_cast<std::int64_t>(points->size());
     context.config.factors = std::move(columns);
 }
@@ -265,24 +269,25 @@ void check_shared_rows(ConfigContext& context) {
 /// Records an error if the design would be empty, pointless or too large.
 void check_design(ConfigContext& context) {
     const StudyConfig& config = context.config;
-    const TableReader reader = context.reader("design");
+    const core::TomlTable table = context.table("design");
     if (config.design.is_sampled() && config.factors.empty())
-        reader.error("type", "needs at least one factor in [factors]");
-    const char* section = context.section("replicates") != nullptr ? "replicates" : "design";
-    const TableReader replicates = context.reader(section);
+        table.refuse("type", "needs at least one factor in [factors]");
+    const core::TomlTable replicates =
+        context.table(context.table("replicates").exists() ? "replicates" : "design");
     const bool draws = std::ranges::any_of(config.factors, &Factor::is_redrawn);
     if (config.design.replicates > 1 && !draws)
-        replicates.error(replicates.has("stems") ? "stems" : "replicates",
-                         "must be 1, for no factor is a distribution: every replicate would repeat "
-                         "the same computation");
+        replicates.refuse(
+            replicates.has("stems") ? "stems" : "replicates",
+            "must be 1, for no factor is a distribution: every replicate would repeat "
+            "the same computation");
     // Without drawn values every repetition would be the same computation, although the user
     // expects scatter.
     const bool tests_differ = std::ranges::any_of(config.factors, [](const Factor& factor) {
         return factor.is_per_test || factor.within_stem.has_value();
     });
     if (config.design.tests > 1 && !tests_differ)
-        replicates.error("within", "must be 1, for no factor has level = \"test\" or within_sd: "
-                                   "every test would repeat the same computation");
+        replicates.refuse("within", "must be 1, for no factor has level = \"test\" or within_sd: "
+                                    "every test would repeat the same computation");
     check_shared_rows(context);
     // In floating point, because the product of many levels may overflow an integer.
     double points = config.design.type == DesignType::Factorial
@@ -295,7 +300,7 @@ void check_design(ConfigContext& context) {
     points *=
         static_cast<double>(config.design.replicates) * static_cast<double>(config.design.tests);
     if (points > static_cast<double>(most_points))
-        context.errors.add(reader.line("type"),
+        context.errors.add(std::max<std::size_t>(table.line("type"), 1),
                            fmt::format("design: {:.6g} points, replicates included; at most {} are "
                                        "possible",
                                        points, most_points));
@@ -306,15 +311,16 @@ void check_design(ConfigContext& context) {
 void read_factors(ConfigContext& context) {
     const std::size_t errors_before = context.errors.count();
     read_points(context);
-    if (const toml::table* table = context.section("factors"))
-        for (const core::TomlEntry& entry : entries_in_order(*table)) {
-            const Parameter* parameter = parameter_of(entry, "factors", context);
-            if (parameter == nullptr)
-                continue;
-            context.note_given(entry.key, {"factors", entry.line});
-            if (auto factor = read_factor(entry, *parameter, context))
-                context.config.factors.push_back(std::move(*factor));
-        }
+    const core::TomlTable table = context.table("factors");
+    for (const core::TomlEntry& entry : table.entries()) {
+        const Parameter* parameter = parameter_of(entry, "factors", context);
+        table.leave(entry.key);
+        if (parameter == nullptr)
+            continue;
+        context.note_given(entry.key, {"factors", entry.line});
+        if (auto factor = read_factor(entry, *parameter, context))
+            context.config.factors.push_back(std::move(*factor));
+    }
     // Factors that could not be read are missing here and would cause misleading errors.
     if (context.errors.count() == errors_before)
         check_design(context);

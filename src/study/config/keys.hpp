@@ -1,57 +1,58 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every key of study files: the allowed values, and suggestions for unknown keys.
+// Every key of study files, each declared once (core/toml/key.hpp).
 #pragma once
 
-#include "study/config/parameters.hpp"
+#include "core/toml/key.hpp"
+#include "study/config/study_config.hpp"
 
+#include <cstdint>
 #include <optional>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace culm::study {
 
-enum class ValueKind { Text, Word, Number, WholeNumber, NumberList, WordList, Matrix, Tables };
+using core::KeyDescription;
 
-struct ConfigKey {
-    std::string section; ///< the TOML table, for example "study", or "factors.<parameter>"
-    std::string key;
-    ValueKind kind = ValueKind::Number;
-    std::string unit;               ///< as it is printed; empty for none
-    std::string default_text;       ///< empty: see `meaning`
-    Interval range;                 ///< of numbers
-    std::vector<std::string> words; ///< of Word
-    std::string meaning;
+/// The tables whose keys set members of the configuration, in the order of the documentation.
+/// [stem] and [release] have the rows of parameters.hpp, [factors] and [[design.point]] take any of
+/// these.
+[[nodiscard]] const std::vector<core::KeyTable<StudyConfig>>& study_tables();
 
-    /// The allowed values, for messages: "a number in (0, 1000] mm".
-    [[nodiscard]] std::string allowed() const;
+enum class Spacing { Linear, Log };
+enum class DrawnFrom { Normal, Lognormal, Uniform, Empirical };
+enum class Rows { Independent, Together };
+enum class Level { Stem, Test };
+
+/// The inline table of one factor as it is written; numbers are in the unit of the parameter.
+struct FactorEntry {
+    std::optional<double> from;
+    std::optional<double> to;
+    std::optional<double> step;
+    std::optional<std::int64_t> count;
+    Spacing spacing = Spacing::Linear;
+    std::optional<DrawnFrom> distribution;
+    std::optional<double> mean;
+    std::optional<double> sd;
+    std::optional<double> min;
+    std::optional<double> max;
+    std::string file;
+    std::string column;
+    std::string unit;
+    Rows rows = Rows::Independent;
+    Level level = Level::Stem;
+    std::optional<double> within_sd;
 };
 
-/// Sections of a study file, in the order of the documentation.
-[[nodiscard]] const std::vector<std::string>& config_sections();
+/// The keys of the table of one factor.
+[[nodiscard]] const core::KeyTable<FactorEntry>& factor_table();
 
-/// Every key, section by section; the parameters of parameters.hpp are those of [stem] and
-/// [release]. [factors] and [[design.point]] take any parameter; their keys are not repeated here.
-[[nodiscard]] std::vector<ConfigKey> config_keys();
+/// Every key, table by table.
+[[nodiscard]] std::vector<KeyDescription> config_keys();
 
-/// The keys of one section.
-[[nodiscard]] std::vector<ConfigKey> config_keys_of(std::string_view section);
-
-/// The catalogue as the Markdown tables that docs/config.md contains.
-[[nodiscard]] std::string config_key_tables();
-
-/// An unknown key as it was found.
-struct UnknownKey {
-    std::string section;
-    std::string key;
-    std::optional<double> value; ///< if it is a number
-};
-
-/// "unknown key", followed by the best of: the section that the key belongs to, the key with the
-/// right unit and the value converted to it, the nearest of the valid keys, or all of them.
-[[nodiscard]] std::string unknown_key_hint(const UnknownKey& unknown,
-                                           std::span<const std::string> valid);
+/// The row of the parameter in words.
+[[nodiscard]] KeyDescription description_of(const Parameter& parameter);
 
 /// " (did you mean X?)" with the nearest name between the quotes given, or an empty string.
 [[nodiscard]] std::string did_you_mean(std::string_view name, std::span<const std::string> valid,

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/config/parameters.hpp"
 
-#include "core/decimal_text.hpp"
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,24 +12,11 @@ namespace culm::study {
 
 namespace {
 
-constexpr std::array known_units{
-    Unit{"m", "m", Dimension::Length},
-    Unit{"cm", "cm", Dimension::Length, -2},
-    millimetre,
-    Unit{"µm", "um", Dimension::Length, -6},
-    second,
-    Unit{"ms", "ms", Dimension::Time, -3},
-    Unit{"µs", "us", Dimension::Time, -6},
-    Unit{"ns", "ns", Dimension::Time, -9},
-    Unit{"Pa", "pa", Dimension::Pressure},
-    Unit{"kPa", "kpa", Dimension::Pressure, 3},
-    Unit{"MPa", "mpa", Dimension::Pressure, 6},
-    gigapascal,
-    kilogram_per_cubic_metre,
-    Unit{"g/cm³", "g_cm3", Dimension::Density, 3},
-    metre_per_second_squared,
-};
-
+using core::dimensionless;
+using core::gigapascal;
+using core::kilogram_per_cubic_metre;
+using core::metre_per_second_squared;
+using core::millimetre;
 using run::CaseSpec;
 
 void set_sphere_diameter(CaseSpec& spec, double diameter) {
@@ -84,7 +69,7 @@ constexpr Interval modulus_range{0.0, 10000.0, true, false};
 constexpr Interval damping_range{0.0, 100000.0};
 constexpr Interval gravity_range{-1000.0, 1000.0};
 
-constexpr std::array<Parameter, parameter_count> parameter_rows{{
+constexpr auto parameter_rows = std::to_array<Parameter>({
     {"spheres", "stem", dimensionless, count_range, true, "56",
      "spheres in the chain, the clamped one included",
      [](const CaseSpec& c) { return double(c.stem.sphere_count); },
@@ -138,7 +123,7 @@ constexpr std::array<Parameter, parameter_count> parameter_rows{{
      "lateral deflection of the tip before the release; less than the free length",
      [](const CaseSpec& c) { return c.tip_deflection; },
      [](CaseSpec& c, double v) { c.tip_deflection = v; }},
-}};
+});
 
 std::size_t index_of(const Parameter& parameter) {
     return static_cast<std::size_t>(&parameter - parameter_rows.data());
@@ -159,27 +144,7 @@ std::string mm(double metres) {
 
 } // namespace
 
-double Unit::to_si(double value) const {
-    return core::with_point_moved(value, power_of_ten);
-}
-
-double Unit::from_si(double value) const {
-    return core::with_point_moved(value, -power_of_ten);
-}
-
-KeyParts split_key(std::string_view key) {
-    KeyParts parts{key, std::nullopt};
-    for (const Unit& unit : known_units) {
-        // The longest ending wins: "_kg_m3" also ends with "_m3".
-        const bool longer = !parts.unit || unit.suffix.size() > parts.unit->suffix.size();
-        if (longer && key.size() > unit.suffix.size() + 1 && key.ends_with(unit.suffix) &&
-            key[key.size() - unit.suffix.size() - 1] == '_')
-            parts = {key.substr(0, key.size() - unit.suffix.size() - 1), unit};
-    }
-    return parts;
-}
-
-std::span<const Parameter, parameter_count> parameters() {
+std::span<const Parameter> parameters() {
     return parameter_rows;
 }
 
@@ -215,7 +180,7 @@ void ParameterValues::apply_to(run::CaseSpec& spec) const {
     // diameter changes several members, and no change by an earlier value must remain.
     spec.stem = physics::StemParameters<double>{};
     spec.tip_deflection = run::CaseSpec{}.tip_deflection;
-    for (std::size_t i = 0; i < parameter_count; ++i)
+    for (std::size_t i = 0; i < values_.size(); ++i)
         if (values_[i])
             parameter_rows[i].set(spec, *values_[i]);
     if (has("length_mm") && !has("sphere_diameter_mm"))

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "core/interval.hpp"
+#include "core/units.hpp"
 #include "run/case_spec.hpp"
 
 #include <array>
@@ -18,37 +19,7 @@ namespace culm::study {
 
 using core::Interval;
 
-enum class Dimension { None, Length, Time, Pressure, Density, Acceleration };
-
-/// A unit that is a power of ten of the SI unit.
-struct Unit {
-    std::string_view name;   ///< as it is printed, for example "kg/m³"
-    std::string_view suffix; ///< as a key ends with it, for example "kg_m3"
-    Dimension dimension = Dimension::None;
-    int power_of_ten = 0; ///< 1 unit = 10^power_of_ten SI units
-
-    /// The decimal point of the number as it was written is moved, so that 2.83 mm is exactly the
-    /// double 2.83e-3 and turns back into 2.83; a multiplication would be off by a rounding.
-    [[nodiscard]] double to_si(double value) const;
-    [[nodiscard]] double from_si(double value) const;
-};
-
-inline constexpr Unit dimensionless{"", "", Dimension::None};
-inline constexpr Unit millimetre{"mm", "mm", Dimension::Length, -3};
-inline constexpr Unit second{"s", "s", Dimension::Time};
-inline constexpr Unit gigapascal{"GPa", "gpa", Dimension::Pressure, 9};
-inline constexpr Unit kilogram_per_cubic_metre{"kg/m³", "kg_m3", Dimension::Density};
-inline constexpr Unit metre_per_second_squared{"m/s²", "m_s2", Dimension::Acceleration};
-
-/// A key taken apart: "bond_length_mm" is the quantity "bond_length" in millimetres.
-struct KeyParts {
-    std::string_view quantity;
-    std::optional<Unit> unit; ///< nothing when the key ends with no unit that is known here
-};
-
-/// Splits at the longest unit that the key ends with; units which no valid key uses (Pa, cm, ms …)
-/// are known too, so that a mistaken unit can be explained.
-[[nodiscard]] KeyParts split_key(std::string_view key);
+using core::Unit;
 
 /// Identifies a parameter of one of a case's effects.
 struct EffectPlace {
@@ -79,10 +50,8 @@ struct EffectParameterRow {
     Parameter parameter;
 };
 
-inline constexpr std::size_t parameter_count = 14;
-
 /// The table. Its order is the order in which `ParameterValues::apply_to` calls the setters.
-[[nodiscard]] std::span<const Parameter, parameter_count> parameters();
+[[nodiscard]] std::span<const Parameter> parameters();
 
 /// The row of that key, or nullptr.
 [[nodiscard]] const Parameter* find_parameter(std::string_view key);
@@ -125,7 +94,8 @@ class ParameterValues {
     void apply_to(run::CaseSpec& spec) const;
 
   private:
-    std::array<std::optional<double>, parameter_count> values_;
+    std::vector<std::optional<double>> values_ =
+        std::vector<std::optional<double>>(parameters().size()); ///< by row of the table
     std::vector<std::pair<EffectPlace, double>> of_effects_;
 };
 

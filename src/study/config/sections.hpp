@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Shared by the parts of the config reader: the reader of one table against the catalogue of keys,
-// the state, and the files that a study names.
+// Shared by the parts of the config reader: the state while a study file is read, the files that a
+// study names, and the inline table of one factor.
 #pragma once
 
 #include "core/toml/table.hpp"
-#include "core/toml/value.hpp"
 #include "core/user_files.hpp"
 #include "study/config/keys.hpp"
 #include "study/config/parameters.hpp"
@@ -13,56 +12,13 @@
 
 #include <array>
 #include <cstddef>
-#include <cstdint>
-#include <functional>
 #include <map>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include <toml++/toml.h>
-
 namespace culm::study {
-
-using core::entries_in_order;
-using core::line_of;
-using core::value_text;
-
-/// A getter returns nothing when the key is absent or wrong; faults are added to the errors.
-class TableReader {
-  public:
-    /// `table` may be null (the section is absent). `prefix` is put before keys in messages;
-    /// `section` names the part of the catalogue.
-    TableReader(const toml::table* table, std::string prefix, std::string_view section,
-                core::FileFaults& errors);
-
-    /// Records every key that is not in the catalogue.
-    void refuse_unknown_keys() const;
-
-    [[nodiscard]] bool has(std::string_view key) const;
-    /// Line of the key, of the table if the key is absent, or 1.
-    [[nodiscard]] std::size_t line(std::string_view key) const;
-
-    [[nodiscard]] std::optional<std::string> text(std::string_view key) const;
-    [[nodiscard]] std::optional<std::string> word(std::string_view key) const;
-    /// A value of kind Number or WholeNumber, in the catalogue's range.
-    [[nodiscard]] std::optional<double> number(std::string_view key) const;
-    [[nodiscard]] std::optional<std::int64_t> whole_number(std::string_view key) const;
-    [[nodiscard]] std::optional<std::vector<double>> numbers(std::string_view key) const;
-
-    /// Records an error at the key: with its value if it is present, else as missing.
-    void error(std::string_view key, std::string_view allowed) const;
-
-  private:
-    [[nodiscard]] const ConfigKey& description(std::string_view key) const;
-
-    const toml::table* content_;
-    core::TomlTable table_; ///< the same, as values are read
-    std::string prefix_;
-    std::vector<ConfigKey> keys_;
-    core::FileFaults* errors_;
-};
 
 /// Where a parameter was given.
 struct GivenPlace {
@@ -71,31 +27,17 @@ struct GivenPlace {
 };
 
 struct ConfigContext {
-    const toml::table& root;
+    const core::TomlTable& root;
     StudyConfig& config;
     core::FileFaults& errors;
     std::map<std::string, GivenPlace, std::less<>> places; ///< by key
     const StudyFiles& files;                               ///< that are available already
 
-    /// The section's table; null if it is absent (or not a table, which is recorded elsewhere).
-    [[nodiscard]] const toml::table* section(std::string_view name) const {
-        const toml::node* node = root.get(name);
-        return node != nullptr ? node->as_table() : nullptr;
-    }
-    /// The reader of a section whose keys the catalogue lists under the same name.
-    [[nodiscard]] TableReader reader(const std::string& name) const {
-        return {section(name), name, name, errors};
-    }
-    /// The same, once for each section: records its unknown keys.
-    [[nodiscard]] TableReader checked_reader(const std::string& name) const {
-        TableReader known = reader(name);
-        known.refuse_unknown_keys();
-        return known;
-    }
+    [[nodiscard]] core::TomlTable table(const std::string& name) const { return root.table(name); }
     /// Records an error at an entry of a section, with its value.
     void fault(const std::string& in, const core::TomlEntry& entry,
                std::string_view allowed) const {
-        errors.add(entry.line, in + "." + entry.key, value_text(*entry.node), allowed);
+        errors.add(entry.line, in + "." + entry.key, core::value_text(*entry.node), allowed);
     }
     /// Notes that `key` is given there; records an error if it was given before.
     void note_given(const std::string& key, const GivenPlace& place);
@@ -120,33 +62,34 @@ inline constexpr std::array<std::string_view, 10> distribution_keys{
     "mean", "sd", "min", "max", "file", "column", "unit", "rows", "level", "within_sd"};
 
 /// One factor's inline table while it is read.
-struct FactorTable {
-    TableReader reader;
+struct FactorReader {
+    core::TomlTable table;
+    FactorEntry entry;
     const Parameter& parameter;
     ConfigContext& context;
 
-    /// A number of the table that must be one of the parameter's values; in the parameter's unit.
-    [[nodiscard]] std::optional<double> value(std::string_view key) const {
-        const auto number = reader.number(key);
+    /// A number of the entry, under its key, that must be one of the parameter's values.
+    [[nodiscard]] std::optional<double> value(std::string_view key,
+                                              const std::optional<double>& number) const {
         if (!number || parameter.range.contains(*number))
             return number;
-        reader.error(key, parameter_allowed(parameter));
+        table.refuse(key, parameter_allowed(parameter));
         return std::nullopt;
     }
     void need(std::string_view key, const std::string& who) const {
-        if (!reader.has(key))
-            reader.error(key, who + " needs it");
+        if (!table.has(key))
+            table.refuse(key, who + " needs it");
     }
     template <class Keys>
     void refuse(const Keys& keys, const std::string& reason) const {
         for (const std::string_view key : keys)
-            if (reader.has(key))
-                reader.error(key, reason);
+            if (table.has(key))
+                table.refuse(key, reason);
     }
 };
 
 /// A factor with the key `distribution`, or nothing with the errors recorded.
-[[nodiscard]] std::optional<Factor> read_distribution(const FactorTable& table);
+[[nodiscard]] std::optional<Factor> read_distribution(const FactorReader& factor);
 
 struct ColumnRequest {
     std::string_view file; ///< for messages

@@ -4,6 +4,7 @@
 #include "study/config/study_config.hpp"
 
 #include "core/error.hpp"
+#include "study/config/keys.hpp"
 
 #include <algorithm>
 #include <map>
@@ -32,7 +33,7 @@ bool is_geometry_varied(const StudyConfig& config) {
     return std::ranges::any_of(config.factors, [](const Factor& factor) {
         const std::string_view key = factor.parameter->key;
         return factor.parameter->section == "stem" &&
-               (factor.parameter->unit.dimension == Dimension::Length || key == "spheres" ||
+               (factor.parameter->unit.dimension == core::Dimension::Length || key == "spheres" ||
                 key == "density_kg_m3" || key == "wall_density_kg_m3");
     });
 }
@@ -97,12 +98,7 @@ std::string values_text(const Factor& factor) {
                        text(d.min()), text(d.max()), scatter_text(factor));
 }
 
-/// Lines of options that studies of older versions cannot have.
-void add_replicate_options(const StudyConfig& config, Lines& lines) {
-    if (config.design.tests > 1)
-        lines["replicates.within"] = fmt::format("{}", config.design.tests);
-    if (config.design.scrambling == Scrambling::Owen)
-        lines["design.scrambling"] = "owen";
+void add_correlation(const StudyConfig& config, Lines& lines) {
     if (!config.correlation)
         return;
     const FactorCorrelation& correlation = *config.correlation;
@@ -124,32 +120,17 @@ void add_factors_and_design(const StudyConfig& config, Lines& lines) {
     }
     // The order of the columns counts: a factorial numbers its points by it.
     lines["factors"] = fmt::format("{}", fmt::join(order, ", "));
-    lines["design.type"] = design_types[static_cast<std::size_t>(config.design.type)];
-    lines["design.replicates"] = fmt::format("{}", config.design.replicates);
     if (config.design.type != DesignType::Factorial)
         lines["design.points"] = fmt::format("{}", config.design.points);
 }
 
-void add_model(const StudyConfig& config, Lines& lines) {
-    const run::CaseSpec& base = config.base;
-    lines["law.name"] = physics::law_name(base.law);
-    lines["integrator.dimensions"] = fmt::format("{}", base.dimensions);
-    const bool is_sundials = base.integrator.method == run::IntegrationMethod::Sundials;
-    if (is_sundials)
-        lines["integrator.method"] = "sundials";
-    if (config.kind == StudyKind::Timestep)
-        return;
-    if (base.integrator.method == run::IntegrationMethod::Explicit) {
-        lines["integrator.method"] = "explicit";
-        lines["integrator.timestep_s"] = fmt::format("{}", base.integrator.timestep);
-    } else {
-        if (!is_sundials)
-            lines["integrator.method"] = "implicit";
-        lines["integrator.relative_tolerance"] =
-            fmt::format("{}", base.integrator.relative_tolerance);
-    }
-    lines["vibration.duration_s"] = fmt::format("{}", base.duration);
-    lines["vibration.sample_interval_s"] = fmt::format("{}", base.sample_interval);
+/// Settings that have one value each since studies cannot choose them: a study that was begun
+/// before can be continued.
+void add_former_keys(const StudyConfig& config, Lines& lines) {
+    lines["law.damping_factor"] = "2";
+    lines["law.damping_inertia"] = "reduced";
+    if (config.base.integrator.method == run::IntegrationMethod::Sundials)
+        lines["integrator.solver"] = "arkode";
 }
 
 /// Studies without effects keep the identity that they had before effects existed.
@@ -163,36 +144,6 @@ void add_effects(const StudyConfig& config, Lines& lines) {
             lines["effects." + row->key] =
                 fmt::format("{}", config.base.effects[place.effect].values[place.value]);
     }
-}
-
-void add_outputs(const StudyConfig& config, Lines& lines) {
-    lines["study.seed"] = fmt::format("{}", config.seed);
-    lines["reduce.amplitude"] = config.reduce.is_amplitude_free ? "free" : "fixed";
-    if (config.kind == StudyKind::Timestep)
-        return;
-    lines["study.store"] = store_levels[static_cast<std::size_t>(config.base.store)];
-    const auto in_mm = [](double height) { return millimetre.from_si(height); };
-    if (!config.base.heights.empty())
-        lines["study.heights_mm"] = fmt::format(
-            "[{}]", fmt::join(config.base.heights | std::views::transform(in_mm), ", "));
-    lines["reduce.window_s"] =
-        fmt::format("{}", config.reduce.window.value_or(config.base.duration));
-    lines["reduce.significance"] = fmt::format("{}", config.reduce.significance);
-}
-
-void add_timestep(const StudyConfig& config, Lines& lines) {
-    if (config.kind != StudyKind::Timestep)
-        return; // studies of older versions keep their identity
-    const TimestepOptions& options = config.timestep;
-    lines["study.kind"] = "timestep";
-    lines["timestep.limit_tolerance"] = fmt::format("{}", options.limit_tolerance);
-    lines["timestep.trial_steps"] = fmt::format("{}", options.trial_steps);
-    lines["timestep.fractions"] = fmt::format("[{}]", fmt::join(options.fractions, ", "));
-    if (options.fractions.empty())
-        return;
-    lines["timestep.record_cycles"] = fmt::format("{}", options.record_cycles);
-    lines["timestep.samples_per_cycle"] = fmt::format("{}", options.samples_per_cycle);
-    lines["timestep.reference_tolerance"] = fmt::format("{}", options.reference_tolerance);
 }
 
 Lines lines_of(std::string_view identity) {
@@ -211,13 +162,13 @@ Lines lines_of(std::string_view identity) {
 
 std::string StudyConfig::identity() const {
     Lines lines;
+    for (const auto& table : study_tables())
+        table.add_identity(*this, lines);
+    add_former_keys(*this, lines);
     add_parameters(*this, lines);
     add_factors_and_design(*this, lines);
-    add_replicate_options(*this, lines);
-    add_model(*this, lines);
+    add_correlation(*this, lines);
     add_effects(*this, lines);
-    add_outputs(*this, lines);
-    add_timestep(*this, lines);
     // Sorted by key (a map), with one text for each number: two files that mean the same study have
     // the same identity, however they are written.
     std::string canonical;

@@ -8,7 +8,6 @@
 #include "study/design/factor.hpp"
 #include "study/design/sampling.hpp"
 
-#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -28,10 +27,6 @@ enum class StudyKind {
 
 /// How design points are made from the factors; design.hpp defines each.
 enum class DesignType { Factorial, LatinHypercube, Sobol, List };
-/// The words of study files for design types and levels of storage, in the order of the enums.
-inline constexpr std::array<std::string_view, 4> design_types{"factorial", "latin_hypercube",
-                                                              "sobol", "list"};
-inline constexpr std::array<std::string_view, 4> store_levels{"fit", "tip", "heights", "full"};
 
 struct DesignOptions {
     DesignType type = DesignType::Factorial;

@@ -110,7 +110,7 @@ std::shared_ptr<const EffectParameterRow> row_of(const physics::Effect& effect,
     row->meaning = parameter.meaning;
     row->parameter.key = row->key;
     row->parameter.section = "effects";
-    row->parameter.unit = {row->unit, "", Dimension::None};
+    row->parameter.unit = {row->unit, "", core::Dimension::None};
     row->parameter.range = {parameter.lower, parameter.upper};
     row->parameter.meaning = row->meaning;
     row->parameter.effect = place;
