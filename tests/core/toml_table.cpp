@@ -68,8 +68,9 @@ TEST(TomlTable, NamesTheNearestKeyHereThenElsewhere) {
               "a.toml:2: stem.lenght_mm = 3: unknown key (did you mean length_mm?)");
     EXPECT_EQ(refusal("[stem]\nlength_cm = 3\n"),
               "a.toml:2: stem.length_cm = 3: unknown key: the unit is mm (write length_mm = 30)");
-    EXPECT_EQ(refusal("[stem]\nreadin = \"row\"\n"),
-              "a.toml:2: stem.readin = \"row\": unknown key (did you mean reading in [measurement]?)");
+    EXPECT_EQ(
+        refusal("[stem]\nreadin = \"row\"\n"),
+        "a.toml:2: stem.readin = \"row\": unknown key (did you mean reading in [measurement]?)");
     EXPECT_EQ(refusal("[stems]\nlength_mm = 3\n"),
               "a.toml:1: stems: unknown table (did you mean stem?)");
     EXPECT_EQ(refusal("[stem]\noperator = \"me\"\n"),

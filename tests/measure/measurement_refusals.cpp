@@ -148,11 +148,13 @@ TEST(StemFile, RefusesAKeyInTheWrongPlaceAndNamesTheRightOne) {
     // These keys were once ignored with a note; for example, the fit then took rows for marks.
     const std::vector<std::pair<std::string, std::string>> cases{
         {plain_stem + "reading = \"material\"\n",
-         "stem.toml:6: stem.reading = \"material\": unknown key: reading belongs into [measurement]"},
+         "stem.toml:6: stem.reading = \"material\": unknown key: reading belongs into "
+         "[measurement]"},
         {"reading = \"material\"\n" + plain_stem,
          "stem.toml:1: reading = \"material\": unknown key: reading belongs into [measurement]"},
         {plain_stem + "[[added_mass]]\nheight_mm = 9\nmass_g = 1\nnoise_mm = 0.1\n",
-         "stem.toml:9: added_mass.noise_mm = 0.1: unknown key: noise_mm belongs into [measurement]"},
+         "stem.toml:9: added_mass.noise_mm = 0.1: unknown key: noise_mm belongs into "
+         "[measurement]"},
         {plain_stem + "[measurement]\nkind = \"held_straight\"\n",
          "measurement.kind = \"held_straight\": unknown key: kind belongs into [release]"},
         {plain_stem + "fps = 960\n", "stem.fps = 960: unknown key: fps belongs into [camera]"},
@@ -161,7 +163,8 @@ TEST(StemFile, RefusesAKeyInTheWrongPlaceAndNamesTheRightOne) {
         {plain_stem + "shape = \"rectangle\"\n",
          "stem.shape = \"rectangle\": unknown key: shape belongs into [section]"},
         {plain_stem + "[stem.camera]\nfps = 960\n", "write [camera]"},
-        {plain_stem + "moisture = 5.8\n", "stem.toml:6: stem.moisture = 5.8: unknown key; allowed: id, "},
+        {plain_stem + "moisture = 5.8\n",
+         "stem.toml:6: stem.moisture = 5.8: unknown key; allowed: id, "},
         {plain_stem + "[harvest]\nyear = 2018\n",
          "stem.toml:6: harvest: unknown table; allowed: section, stem, "},
         {plain_stem + "[measurement]\nnoise_source_mm = 3\n", "(did you mean noise_source?)"}};

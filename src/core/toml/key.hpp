@@ -73,7 +73,9 @@ template <class Value, std::size_t Count>
 /// &run::CaseSpec::duration).
 template <class... Members>
 [[nodiscard]] constexpr auto path(Members... members) {
-    return [=](auto& object) -> auto& { return (object.*....*members); };
+    return [=](auto& object) -> auto& {
+        return (object.*....*members);
+    };
 }
 
 template <class Options>
@@ -174,8 +176,7 @@ class KeyTable {
         for (const Key<Options>& row : keys_) {
             const bool is_given = table.has(row.name);
             for (const auto& condition : is_given ? row.used : row.needed)
-                if (!wrong.contains(condition.decided_by) &&
-                    condition.holds(options) != is_given) {
+                if (!wrong.contains(condition.decided_by) && condition.holds(options) != is_given) {
                     table.refuse(row.name, condition.reason);
                     break;
                 }

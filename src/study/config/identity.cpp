@@ -1,10 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Identity of a study: every setting that influences its results as sorted lines, and the texts
 // of its files as one text.
-#include "study/config/study_config.hpp"
-
 #include "core/error.hpp"
 #include "study/config/keys.hpp"
+#include "study/config/study_config.hpp"
 
 #include <algorithm>
 #include <map>
