@@ -31,7 +31,7 @@ json height_json(const reduce::HeightRingDown& height, bool has_offset, bool has
         out["failure"] = height.failure;
         return out;
     }
-    const reduce::RingDownAnalysis& fit = *height.fit;
+    const reduce::RingDownFit& fit = *height.fit;
     out["samples"] = fit.samples;
     out["b0_mm"] = interval_json(fit.amplitude, 1e3);
     out["b1_per_s"] = interval_json(fit.decay_rate);
@@ -137,7 +137,7 @@ std::string stem_heights(const reduce::StemRingDowns& stem, const TextStyle& sty
                                 height.failure);
             continue;
         }
-        const reduce::RingDownAnalysis& fit = *height.fit;
+        const reduce::RingDownFit& fit = *height.fit;
         text += fmt::format("{:8.1f} {:9.3f} {:>20} {:>20} {:>22} {:9.4f}  {}\n",
                             1e3 * height.height, stem.unit.factor * fit.amplitude.value,
                             plus_minus(fit.decay_per_cycle), plus_minus(fit.decay_rate),
@@ -256,7 +256,7 @@ std::string fit_csv(const FitReport& report) {
         for (const reduce::HeightRingDown& height : stem.heights) {
             if (!height.fit)
                 continue;
-            const reduce::RingDownAnalysis& fit = *height.fit;
+            const reduce::RingDownFit& fit = *height.fit;
             text += fmt::format("\"{}\",{:.10g},{},{},{},{},{},{},{},{},{}\n", stem.id,
                                 1e3 * height.height, fit.samples, 1e3 * fit.amplitude.value,
                                 fit.decay_rate.value, fit.decay_per_cycle.value,
