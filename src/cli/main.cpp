@@ -105,6 +105,7 @@ int run(int argc, char** argv) {
     culm::cli::add_report_command(app);
     culm::cli::add_effects_command(app);
     culm::cli::add_keys_command(app);
+    culm::cli::add_schema_command(app, exit_code, argc, argv);
     try {
         std::vector<char*> words = without_help_command(argc, argv);
         return static_cast<int>(culm::cli::with_refusals(true, [&] { // `run` answers its own

@@ -11,6 +11,8 @@
 
 #include <CLI/CLI.hpp>
 
+#include <nlohmann/json_fwd.hpp>
+
 namespace culm::cli {
 
 /// Adds an option, or an argument if the name has no dash; `type` is what the help calls its value.
@@ -36,6 +38,9 @@ void run_on_ranks(CLI::App& command, std::shared_ptr<Arguments> arguments,
     });
 }
 
+/// The schema of what `culm effects --json` writes.
+[[nodiscard]] nlohmann::json effects_schema();
+
 /// Each function adds its command to `app`. The command runs when it is parsed and stores its exit
 /// code in `exit_code`, which must outlive the parsing. `argc` and `argv` are main's, for MPI.
 void add_run_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv);
@@ -53,6 +58,7 @@ void add_diagnose_command(CLI::App& app, core::ExitCode& exit_code, int& argc, c
 void add_export_command(CLI::App& app);
 void add_effects_command(CLI::App& app);
 void add_keys_command(CLI::App& app);
+void add_schema_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv);
 void add_report_command(CLI::App& app);
 
 } // namespace culm::cli

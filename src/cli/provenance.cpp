@@ -32,11 +32,10 @@ namespace culm::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
-/// Name, size and checksum; size and checksum are null if the file can no longer be read.
-json facts_of(const fs::path& path) {
-    json facts{{"file", path.string()}, {"bytes", nullptr}, {"crc32", nullptr}};
+/// Name, size and checksum; the last two are empty if the file can no longer be read.
+present::InputFile facts_of(const fs::path& path) {
+    present::InputFile facts{path.string(), {}, {}};
     std::ifstream file(path, std::ios::binary);
     std::vector<char> block(1U << 20U);
     std::uint64_t bytes = 0;
@@ -48,8 +47,8 @@ json facts_of(const fs::path& path) {
         bytes += count;
     }
     if (file.eof()) {
-        facts["bytes"] = bytes;
-        facts["crc32"] = fmt::format("{:08x}", checksum);
+        facts.bytes = bytes;
+        facts.crc32 = fmt::format("{:08x}", checksum);
     }
     return facts;
 }
@@ -75,6 +74,22 @@ std::string command_line() {
     return text;
 }
 
+/// How this program was built.
+struct BuildFacts {
+    std::string version;
+    std::string compiler;
+    std::string build;
+    std::string libraries;
+};
+
+BuildFacts build_facts() {
+    return {version_text(), fmt::format("g++ {}", __VERSION__),
+            fmt::format("{}, -march={}, {} SIMD lanes", build_type, architecture, core::lane_count),
+            fmt::format("Eigen {}.{}.{}, Ceres {}, SUNDIALS {}, HDF5 {}, {}", EIGEN_WORLD_VERSION,
+                        EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION, CERES_VERSION_STRING,
+                        integrate::sundials_version(), hdf5_version, mpi_version)};
+}
+
 /// Rounded to a millisecond.
 double rounded(double seconds) {
     return std::round(1e3 * seconds) / 1e3;
@@ -87,14 +102,11 @@ std::string version_text() {
 }
 
 std::vector<std::pair<std::string, std::string>> build_provenance() {
-    return {{"version", version_text()},
-            {"compiler", fmt::format("g++ {}", __VERSION__)},
-            {"build", fmt::format("{}, -march={}, {} SIMD lanes", build_type, architecture,
-                                  core::lane_count)},
-            {"libraries",
-             fmt::format("Eigen {}.{}.{}, Ceres {}, SUNDIALS {}, HDF5 {}, {}", EIGEN_WORLD_VERSION,
-                         EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION, CERES_VERSION_STRING,
-                         integrate::sundials_version(), hdf5_version, mpi_version)}};
+    const BuildFacts build = build_facts();
+    return {{"version", build.version},
+            {"compiler", build.compiler},
+            {"build", build.build},
+            {"libraries", build.libraries}};
 }
 
 fs::path own_program() {
@@ -168,7 +180,7 @@ RunProvenance::RunProvenance(const std::vector<fs::path>& inputs,
         }
 }
 
-json RunProvenance::document() const {
+present::Provenance RunProvenance::document() const {
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start_;
     double processor = processor_seconds();
     int ranks = 1;
@@ -179,16 +191,9 @@ json RunProvenance::document() const {
         for (const std::string& seconds : told)
             processor += seconds.empty() ? 0.0 : std::stod(seconds);
     }
-    json out = json::object();
-    for (const auto& [name, text] : build_provenance())
-        out[name] = text;
-    out["date"] = date_;
-    out["command"] = command_line();
-    out["wall_s"] = rounded(wall.count());
-    out["processor_s"] = rounded(processor);
-    out["ranks"] = ranks;
-    out["inputs"] = inputs_;
-    return out;
+    const BuildFacts build = build_facts();
+    return {build.version,  build.compiler,        build.build,        build.libraries, date_,
+            command_line(), rounded(wall.count()), rounded(processor), ranks,           inputs_};
 }
 
 } // namespace culm::cli

@@ -5,14 +5,13 @@
 
 #include "farm/communicator.hpp"
 #include "measure/folder/measurement_folder.hpp"
+#include "present/provenance.hpp"
 
 #include <chrono>
 #include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
-
-#include <nlohmann/json.hpp>
 
 namespace culm::cli {
 
@@ -55,15 +54,15 @@ class RunProvenance {
     /// Version, compiler, build, libraries, date of the beginning, command, wall and processor time
     /// (of all ranks since they were started), ranks, and of every input file its size and CRC-32;
     /// complete on rank 0. Collective.
-    [[nodiscard]] nlohmann::json document() const;
+    [[nodiscard]] present::Provenance document() const;
     /// Path, size and CRC-32 of every input file; on rank 0.
-    [[nodiscard]] const nlohmann::json& inputs() const { return inputs_; }
+    [[nodiscard]] const std::vector<present::InputFile>& inputs() const { return inputs_; }
 
   private:
     const farm::Communicator* communicator_;
     std::string date_;
     std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-    nlohmann::json inputs_ = nlohmann::json::array();
+    std::vector<present::InputFile> inputs_;
 };
 
 } // namespace culm::cli

@@ -2,6 +2,7 @@
 // culm-track: the part of culm that reads videos. `culm track` executes it with its command line.
 #include "cli/options.hpp"
 #include "cli/progress.hpp"
+#include "core/describe.hpp"
 #include "farm/item_map.hpp"
 #include "measure/release/swing_release.hpp"
 #include "measure/track/frames/frame_source.hpp"
@@ -250,6 +251,13 @@ ExitCode run(int argc, char** argv) {
     survey->callback([&location] { culm::cli::print_survey(location); });
     app.add_subcommand("release", "The part of culm import that finds the release")->callback([] {
         culm::cli::print_release();
+    });
+    std::string document;
+    CLI::App* schema = app.add_subcommand("schema", "The part of culm schema on track.json");
+    schema->add_option("name", document)->required();
+    schema->callback([] {
+        fmt::print("{}\n",
+                   culm::core::titled_schema(culm::measure::track_schema(), "culm track").dump(2));
     });
     try {
         return culm::cli::with_refusals(true, [&] {

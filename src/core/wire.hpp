@@ -11,12 +11,16 @@
 //     const core::Bytes bytes = core::encoded(fit);
 //     const Fit same = core::decoded<Fit>(bytes);
 //
+// A result with a description (core/describe.hpp) of all its members needs no other list; its struct
+// says `using TravelsAsDescribed = void;`.
+//
 // Numbers and enumerations, std::string, vector, array, optional, pair, map and structs of them
 // travel. Doubles keep every bit. What a shared pointer to a constant points to travels as a copy.
 // Anything else, another pointer above all, does not compile.
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstring>
 #include <map>
@@ -24,6 +28,7 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -45,6 +50,28 @@ concept TravelsByFields = requires(Wire& wire, T& value) {
     fields(wire, value);
 };
 
+/// The members of a description as they travel; functions are computed again where they are needed.
+template <class Wire>
+class DescribedMembers {
+  public:
+    explicit DescribedMembers(Wire& wire) : wire_(wire) {}
+    template <class T>
+    void operator()(std::string_view /*key*/, const T& member, std::string_view /*meaning*/ = {}) {
+        // A description promises not to change a result; a reader of messages fills it.
+        if constexpr (!std::invocable<const T&>)
+            wire_(const_cast<T&>(member));
+    }
+    void constant(std::string_view /*key*/, const auto& /*value*/) {}
+    void object(std::string_view /*key*/, const auto& members, std::string_view = {}) { members(); }
+
+  private:
+    Wire& wire_;
+};
+
+template <class T, class Wire>
+concept TravelsByDescription = !TravelsByFields<T, Wire> &&
+                               requires { typename T::TravelsAsDescribed; };
+
 template <class T>
 concept TravelsByMemory = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 
@@ -63,6 +90,12 @@ class WireWriter {
     requires TravelsByFields<T, WireWriter>
     void put(const T& value) {
         fields(*this, const_cast<T&>(value)); // one function for both ways; writing only reads
+    }
+    template <class T>
+    requires TravelsByDescription<T, WireWriter>
+    void put(const T& value) {
+        DescribedMembers<WireWriter> members(*this);
+        describe(members, value);
     }
     void put(const std::string& text) {
         put(text.size());
@@ -138,6 +171,12 @@ class WireReader {
     template <class T>
     requires TravelsByFields<T, WireReader>
     void get(T& value) { fields(*this, value); }
+    template <class T>
+    requires TravelsByDescription<T, WireReader>
+    void get(T& value) {
+        DescribedMembers<WireReader> members(*this);
+        describe(members, std::as_const(value));
+    }
     void get(std::string& text) {
         text.resize(get_size(1));
         extract(text.data(), text.size());

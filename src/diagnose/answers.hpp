@@ -19,6 +19,14 @@ struct SharedValue {
     double upper = 0.0;
 };
 
+template <class To>
+void describe(To& to, const SharedValue& value) {
+    to("name", value.name);
+    to("unit", value.unit);
+    to("value", value.value);
+    to("interval_95", [&] { return reduce::Bounds{value.lower, value.upper}; });
+}
+
 /// An effect that may act.
 struct EffectAnswer {
     std::string effect;
@@ -50,6 +58,15 @@ struct StemNumbers {
     double over_noise = 0.0; ///< root of the reduced χ²
 };
 
+template <class To>
+void describe(To& to, const StemNumbers& numbers) {
+    to("bond_youngs_modulus_pa", numbers.youngs_modulus);
+    to("bond_youngs_modulus_standard_error_pa", numbers.youngs_modulus_error);
+    to("bond_damping", numbers.damping);
+    to("bond_damping_standard_error", numbers.damping_error);
+    to("rms_mm", numbers.rmse);
+}
+
 struct StemAnswer {
     std::string name;
     std::string rig;
@@ -72,6 +89,15 @@ struct Population {
     double damping_scatter = 0.0;
     double correlation = 0.0; ///< Pearson's, of Y and β
 };
+
+template <class To>
+void describe(To& to, const Population& population) {
+    to("mean_youngs_modulus_pa", population.mean_modulus);
+    to("youngs_modulus_standard_deviation_pa", population.modulus_scatter);
+    to("mean_damping", population.mean_damping);
+    to("damping_standard_deviation", population.damping_scatter);
+    to("correlation", population.correlation);
+}
 
 /// A stem is an outlier if Y or β is more than this from the median.
 inline constexpr double outlier_distance = 3.5;

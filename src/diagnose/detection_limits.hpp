@@ -37,6 +37,16 @@ struct SharedLimit {
     double of_all = std::numeric_limits<double>::infinity(); ///< of all stems together
 };
 
+template <class To>
+void describe(To& to, const SharedLimit& limit) {
+    to("effect", limit.effect);
+    to("rig", limit.rig);
+    to("parameter", limit.parameter);
+    to("unit", limit.unit);
+    to("one_stem", limit.of_one);
+    to("all_stems", limit.of_all);
+}
+
 /// Three standard deviations of the first size of every candidate of a rig that the best model does
 /// not contain, with the shared numbers known.
 [[nodiscard]] std::vector<SharedLimit> shared_limits(const SearchResult& search);

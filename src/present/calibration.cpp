@@ -2,7 +2,6 @@
 #include "present/calibration.hpp"
 
 #include "fit/solve/residual_statistics.hpp"
-#include "present/files.hpp"
 #include "present/parameters.hpp"
 #include "present/text.hpp"
 
@@ -15,98 +14,8 @@
 namespace culm::present {
 namespace {
 
-using nlohmann::json;
-
-/// A number with its standard error.
-struct Uncertain {
-    double value = 0.0;
-    double standard_error = 0.0;
-};
-
-json json_of(const Uncertain& estimate) {
-    return estimate_json(estimate.value, estimate.standard_error);
-}
-
 std::string plus_minus(const Uncertain& estimate, double scale = 1.0) {
     return present::plus_minus(estimate.value, estimate.standard_error, scale);
-}
-
-/// The parameter with its combined uncertainty from the budget.
-Uncertain parameter_of(const calibrate::Calibration& calibration, const physics::ParameterId& id) {
-    const fit::FittedParameter& parameter = *calibration.part().find(id);
-    return {parameter.value, parameter.standard_error};
-}
-
-/// ω = √(k/m) and every stiffness k of the chain is proportional to Y, so dω/ω = ½ dY/Y. The
-/// frequency does not depend on the stated inputs of the stem.
-Uncertain frequency_of(const calibrate::Calibration& calibration) {
-    const double frequency = calibration.mode.frequency;
-    return {frequency, 0.5 * frequency * calibration.budget.chain_modulus};
-}
-
-/// The bonds' damping coefficients are proportional to β, so the logarithmic decrement is, up to
-/// the square of the damping ratio: dδ/δ = dβ/β.
-Uncertain decay_of(const calibrate::Calibration& calibration) {
-    const double decay = calibration.mode.decay_per_cycle;
-    return {decay, std::abs(decay) * calibration.budget.chain_damping};
-}
-
-json stem_parameters_json(const calibrate::Calibration& calibration) {
-    json out = json::object();
-    for (const auto& [key, parameter] : by_key(calibration.fit.parameters)) {
-        const auto k = static_cast<std::size_t>(parameter - calibration.fit.parameters.data());
-        out[key] = estimate_json(parameter->value, calibration.budget.combined[k]);
-        out[key]["stderr_of_readings"] = number(calibration.budget.from_readings[k]);
-    }
-    return out;
-}
-
-json correlation_json(const fit::Fit& fit) {
-    const std::size_t count = fit.parts.front().model.first_error();
-    const auto correlation = [&fit](std::size_t a, std::size_t b) {
-        const Eigen::MatrixXd& of = fit.covariance;
-        const auto i = static_cast<Eigen::Index>(a);
-        const auto j = static_cast<Eigen::Index>(b);
-        const double scale = std::sqrt(of(i, i) * of(j, j));
-        const bool is_reversed = (fit.parameters[a].fitted_as == physics::FittedAs::Inverse) !=
-                                 (fit.parameters[b].fitted_as == physics::FittedAs::Inverse);
-        return a == b ? 1.0 : scale > 0.0 ? (is_reversed ? -1.0 : 1.0) * of(i, j) / scale : 0.0;
-    };
-    const auto row = [&correlation, count](std::size_t a) {
-        return array_of_count(
-            count, [&correlation, a](std::size_t b) { return number(correlation(a, b)); });
-    };
-    return {{"names", array_of(std::span(fit.parameters).first(count), parameter_key)},
-            {"matrix", array_of_count(count, row)}};
-}
-
-/// All data that `culm export` needs to write the chain without the recording.
-json chain_json(const fit::RecordingFit& fit, const std::string& law) {
-    const physics::StemParameters<double>& stem = fit.model.spec.stem;
-    const auto effect_json = [](const physics::ActiveEffect& active) -> json {
-        json values = json::object();
-        const auto parameters = active.effect->parameters();
-        for (std::size_t k = 0; k < parameters.size(); ++k)
-            values[parameters[k].name] = number(active.values[k]);
-        return {{"name", active.effect->name()}, {"values", values}};
-    };
-    const auto mass_json = [](const run::PointMass& mass) -> json {
-        return {{"height_m", mass.height}, {"mass_kg", mass.mass}};
-    };
-    const run::CaseSpec computed = fit::computed_case(fit.model);
-    return {{"law", law},
-            {"bond_youngs_modulus_pa", number(computed.stem.bond_youngs_modulus)},
-            {"bond_damping", number(computed.stem.bond_damping)},
-            {"spheres", stem.sphere_count},
-            {"bond_length_m", stem.bond_length},
-            {"sphere_diameter_m", stem.sphere_diameter},
-            {"sphere_density_kg_m3", stem.density},
-            {"tip_mass_share", stem.tip_mass_share},
-            {"bond_outer_diameter_m", stem.bond_outer_diameter},
-            {"bond_inner_diameter_m", stem.bond_inner_diameter},
-            {"poissons_ratio", stem.poissons_ratio},
-            {"added_masses", array_of(fit.model.spec.added_masses, mass_json)},
-            {"effects", array_of(fit.model.spec.effects, effect_json)}};
 }
 
 /// The first three failed tests and the number of the others; without any the verdict's reason.
@@ -124,75 +33,6 @@ std::string adequacy_text(const diagnose::Verdict& verdict) {
     if (verdict.finding == diagnose::Finding::Inadequate)
         return fmt::format("Model inadequate; failed tests: {}.", short_reason(verdict));
     return fmt::format("Undecided whether the model is adequate: {}.", verdict.reason);
-}
-
-/// Y, β and the verdict.
-std::string calibration_sentence(const calibrate::Calibration& calibration) {
-    return fmt::format("{}: Y = {} GPa, beta = {} (95 %). {}", calibration.id,
-                       plus_minus(parameter_of(calibration, physics::bond_youngs_modulus), 1e-9),
-                       plus_minus(parameter_of(calibration, physics::bond_damping)),
-                       adequacy_text(calibration.verdict));
-}
-
-std::string stem_line_of(const calibrate::Calibration& calibration) {
-    return measure::stem_line(calibration.stem,
-                              parameter_of(calibration, physics::bond_youngs_modulus).value);
-}
-
-json fit_quality_json(const calibrate::Calibration& calibration) {
-    const fit::RecordingFit& fit = calibration.part();
-    return {{"rmse_mm", 1e3 * fit.rmse},
-            {"noise_mm", 1e3 * fit::typical_noise(fit)},
-            {"noise_source", fit.noise_source},
-            {"rmse_over_noise", number(fit::over_noise(fit))},
-            {"reduced_chi2", number(calibration.fit.reduced_chi_squared)},
-            {"contradicted_inputs", contradictions_json(calibration.fit.pulls)},
-            {"degrees_of_freedom", fit.degrees_of_freedom},
-            {"readings", fit.readings},
-            {"runs", calibration.fit.batches},
-            {"adequate", calibration.verdict.finding == diagnose::Finding::Adequate},
-            {"reason", calibration.verdict.reason},
-            {"failed_tests", calibration.verdict.failed_tests},
-            {"tests", tests_json(calibration.verdict.tests)}};
-}
-
-json mode_json(const calibrate::Calibration& calibration) {
-    return {{"b2_hz", json_of(frequency_of(calibration))},
-            {"b1_per_cycle", json_of(decay_of(calibration))},
-            {"natural_frequency_hz", calibration.mode.natural_frequency()},
-            {"damping_ratio", calibration.mode.damping_ratio()},
-            {"damping_time_s", calibration.damping_time}};
-}
-
-/// The errors, and the resolution of the reading; an error below the resolution is not significant.
-json check_json(const calibrate::Calibration& calibration) {
-    if (!calibration.check)
-        return {{"failure", calibration.check_failure}};
-    const calibrate::CalibrationCheck& check = *calibration.check;
-    return {{"measured_b1_per_cycle", check.decay_per_cycle.measured},
-            {"simulated_b1_per_cycle", check.decay_per_cycle.simulated},
-            {"b1_error_percent", 100.0 * check.decay_per_cycle.relative_error()},
-            {"b1_resolution_percent", 100.0 * check.decay_per_cycle.resolution()},
-            {"measured_b2_hz", check.frequency.measured},
-            {"simulated_b2_hz", check.frequency.simulated},
-            {"b2_error_percent", 100.0 * check.frequency.relative_error()},
-            {"b2_resolution_percent", 100.0 * check.frequency.resolution()}};
-}
-
-json prediction_json(const std::optional<reduce::Prediction>& found) {
-    return found ? interval_json(*found) : json(nullptr);
-}
-
-/// 5 % and 95 % quantiles, and the bootstrap interval of either end.
-json central_range_json(const calibrate::CentralRange& found) {
-    return {{"mean", found.sample.mean},
-            {"standard_deviation", number(found.sample.standard_deviation)},
-            {"median", found.sample.median},
-            {"lowest", found.sample.lowest},
-            {"highest", found.sample.highest},
-            {"central_90_percent", bounds_json(found.range)},
-            {"central_90_percent_lower_interval", bounds_json(found.lower_interval)},
-            {"central_90_percent_upper_interval", bounds_json(found.upper_interval)}};
 }
 
 /// The parameters with the combined uncertainty of the budget, in the order of the JSON's keys, so
@@ -269,6 +109,28 @@ std::string range_line(const char* name, const calibrate::CentralRange& found, d
                        scale * found.sample.mean, scale * found.sample.standard_deviation);
 }
 
+} // namespace
+
+/// The parameter with its combined uncertainty from the budget.
+Uncertain parameter_of(const calibrate::Calibration& calibration, const physics::ParameterId& id) {
+    const fit::FittedParameter& parameter = *calibration.part().find(id);
+    return {parameter.value, parameter.standard_error};
+}
+
+/// ω = √(k/m) and every stiffness k of the chain is proportional to Y, so dω/ω = ½ dY/Y. The
+/// frequency does not depend on the stated inputs of the stem.
+Uncertain frequency_of(const calibrate::Calibration& calibration) {
+    const double frequency = calibration.mode.frequency;
+    return {frequency, 0.5 * frequency * calibration.budget.chain_modulus};
+}
+
+/// The bonds' damping coefficients are proportional to β, so the logarithmic decrement is, up to
+/// the square of the damping ratio: dδ/δ = dβ/β.
+Uncertain decay_of(const calibrate::Calibration& calibration) {
+    const double decay = calibration.mode.decay_per_cycle;
+    return {decay, std::abs(decay) * calibration.budget.chain_damping};
+}
+
 Uncertain read_decay(const calibrate::StudyCalibration& found) {
     return {found.reading.decay_per_cycle, found.reading.decay_per_cycle_standard_error};
 }
@@ -277,22 +139,16 @@ Uncertain read_frequency(const calibrate::StudyCalibration& found) {
     return {found.reading.frequency, found.reading.frequency_standard_error};
 }
 
-} // namespace
+std::string calibration_sentence(const calibrate::Calibration& calibration) {
+    return fmt::format("{}: Y = {} GPa, beta = {} (95 %). {}", calibration.id,
+                       plus_minus(parameter_of(calibration, physics::bond_youngs_modulus), 1e-9),
+                       plus_minus(parameter_of(calibration, physics::bond_damping)),
+                       adequacy_text(calibration.verdict));
+}
 
-json calibration_json(const calibrate::Calibration& calibration, const std::string& law) {
-    json out{{"measurement", calibration.id},
-             {"sentence", calibration_sentence(calibration)},
-             {"stem", stem_line_of(calibration)},
-             {"parameters", stem_parameters_json(calibration)},
-             {"uncertainty_budget", budget_json(calibration.budget, calibration.fit.parameters)},
-             {"correlation", correlation_json(calibration.fit)},
-             {"mode", mode_json(calibration)},
-             {"fit", fit_quality_json(calibration)},
-             {"chain", chain_json(calibration.part(), law)},
-             {"remarks", calibration.part().model.remarks}};
-    if (calibration.check || !calibration.check_failure.empty())
-        out["check"] = check_json(calibration);
-    return out;
+std::string stem_line_of(const calibrate::Calibration& calibration) {
+    return measure::stem_line(calibration.stem,
+                              parameter_of(calibration, physics::bond_youngs_modulus).value);
 }
 
 std::string calibration_text(const calibrate::Calibration& calibration, const std::string& law,
@@ -346,22 +202,6 @@ std::string calibration_table_line(const calibrate::Calibration& calibration, bo
                            : style.warning(short_reason(calibration.verdict)));
 }
 
-json study_calibration_json(const calibrate::StudyCalibration& found, const std::string& study) {
-    const auto law = [](const reduce::ParameterPrediction& prediction) {
-        return json{{"single_law", prediction_json(prediction.by_single_law)},
-                    {"f_test_terms", prediction_json(prediction.by_reduced_model)}};
-    };
-    return {{"study", study},
-            {"height_mm", 1e3 * found.height},
-            {"window_s", found.window},
-            {"b1_per_cycle", json_of(read_decay(found))},
-            {"b2_hz", json_of(read_frequency(found))},
-            {"bond_youngs_modulus_pa", law(found.prediction.bond_youngs_modulus)},
-            {"bond_damping", law(found.prediction.bond_damping)},
-            {"inside_design", found.prediction.is_inside_design},
-            {"warnings", found.warnings}};
-}
-
 std::string study_calibration_text(const calibrate::StudyCalibration& found,
                                    const std::string& study, const std::string& law,
                                    const TextStyle& style) {
@@ -405,16 +245,6 @@ std::optional<Population> population_of(std::span<const StemNumbers> calibrated,
                       range(&StemNumbers::bond_damping),
                       range(&StemNumbers::decay_per_cycle),
                       range(&StemNumbers::frequency)};
-}
-
-json population_json(const Population& population) {
-    return {{"stems", population.stems},
-            {"failed", population.failed},
-            {"something_missing", population.inadequate},
-            {"bond_youngs_modulus_pa", central_range_json(population.bond_youngs_modulus)},
-            {"bond_damping", central_range_json(population.bond_damping)},
-            {"b1_per_cycle", central_range_json(population.decay_per_cycle)},
-            {"b2_hz", central_range_json(population.frequency)}};
 }
 
 std::string population_text(const Population& population) {

@@ -3,21 +3,49 @@
 #pragma once
 
 #include "calibrate/calibration.hpp"
+#include "calibrate/study_calibration.hpp"
+#include "core/describe.hpp"
+#include "diagnose/answers.hpp"
+#include "present/parameters.hpp"
+#include "present/provenance.hpp"
 #include "present/text_style.hpp"
 
 #include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
-
-#include <nlohmann/json_fwd.hpp>
+#include <vector>
 
 namespace culm::present {
 
-/// One stem that was calibrated; `law` is the name of its bonds' damping.
-[[nodiscard]] nlohmann::json calibration_json(const calibrate::Calibration& calibration,
-                                              const std::string& law);
-/// The same as text; `with_details`: with the uncertainty budget, else with its largest shares.
+/// A stem of calibration.json: its calibration or why there is none, and Y and β by the
+/// regressions of a study.
+struct CalibratedStem {
+    std::string id;
+    std::string folder;
+    std::string law;     ///< of the bonds' damping
+    std::string failure; ///< empty: it was calibrated
+    std::optional<calibrate::Calibration> calibration;
+    std::string study;         ///< its folder
+    std::string study_failure; ///< why there is no result of the study
+    std::optional<calibrate::StudyCalibration> by_study;
+};
+/// JSON as text, which travels between ranks.
+[[nodiscard]] std::string stem_document(const CalibratedStem& stem);
+
+/// First frequency, Hz, and decay per cycle of the calibrated chain, and a study's reading of both.
+[[nodiscard]] Uncertain frequency_of(const calibrate::Calibration& calibration);
+[[nodiscard]] Uncertain decay_of(const calibrate::Calibration& calibration);
+[[nodiscard]] Uncertain read_decay(const calibrate::StudyCalibration& found);
+[[nodiscard]] Uncertain read_frequency(const calibrate::StudyCalibration& found);
+
+/// Y, β and the verdict.
+[[nodiscard]] std::string calibration_sentence(const calibrate::Calibration& calibration);
+/// Mass, stiffness and frequency of the stem, which everybody can check.
+[[nodiscard]] std::string stem_line_of(const calibrate::Calibration& calibration);
+
+/// One stem as text; `law` is the name of its bonds' damping; `with_details`: with the uncertainty
+/// budget, else with its largest shares.
 [[nodiscard]] std::string calibration_text(const calibrate::Calibration& calibration,
                                            const std::string& law, bool with_details,
                                            const TextStyle& style);
@@ -32,26 +60,22 @@ namespace culm::present {
 [[nodiscard]] std::string largest_shares_text(const fit::UncertaintyBudget& budget,
                                               std::span<const fit::FittedParameter> parameters);
 
-/// {"inputs": [{"name", "unit", "value", "standard_uncertainty", "default", "pull",
-/// "uncertainty_with_readings", "sensitivities", "shares"}], "readings": {"standard_uncertainties",
-/// "shares"}, "combined", "sentences"}; maps are by parameter_key().
-[[nodiscard]] nlohmann::json budget_json(const fit::UncertaintyBudget& budget,
-                                         std::span<const fit::FittedParameter> parameters);
+/// Names the inputs whose default uncertainty applies; empty if there are none.
+[[nodiscard]] std::string defaults_sentence(const fit::UncertaintyBudget& budget);
 
 /// A table of stems: its head, and one line a stem. `is_checked`: with the errors of the check.
 [[nodiscard]] std::string calibration_table_head(bool is_checked);
 [[nodiscard]] std::string calibration_table_line(const calibrate::Calibration& calibration,
                                                  bool is_checked, const TextStyle& style);
 
-/// Y and β by a study's regressions: the member "via" of a stem.
-[[nodiscard]] nlohmann::json study_calibration_json(const calibrate::StudyCalibration& found,
-                                                    const std::string& study);
+/// Y and β by a study's regressions.
 [[nodiscard]] std::string study_calibration_text(const calibrate::StudyCalibration& found,
                                                  const std::string& study, const std::string& law,
                                                  const TextStyle& style);
 
 /// A stem's contribution to the population, which is sent between ranks.
 struct StemNumbers {
+    using TravelsAsDescribed = void;
     double bond_youngs_modulus = 0.0; ///< Pa
     double bond_damping = 0.0;
     double decay_per_cycle = 0.0;
@@ -59,10 +83,13 @@ struct StemNumbers {
     bool is_adequate = false;
 };
 
-template <class Wire>
-void fields(Wire& wire, StemNumbers& stem) {
-    wire(stem.bond_youngs_modulus, stem.bond_damping, stem.decay_per_cycle, stem.frequency,
-         stem.is_adequate);
+template <class To>
+void describe(To& to, const StemNumbers& stem) {
+    to("bond_youngs_modulus_pa", stem.bond_youngs_modulus);
+    to("bond_damping", stem.bond_damping);
+    to("b1_per_cycle", stem.decay_per_cycle);
+    to("b2_hz", stem.frequency);
+    to("adequate", stem.is_adequate);
 }
 
 [[nodiscard]] StemNumbers numbers_of(const calibrate::Calibration& calibration);
@@ -81,7 +108,20 @@ struct Population {
 /// Returns nothing for fewer than two calibrated stems.
 [[nodiscard]] std::optional<Population> population_of(std::span<const StemNumbers> calibrated,
                                                       std::size_t failed);
-[[nodiscard]] nlohmann::json population_json(const Population& population);
 [[nodiscard]] std::string population_text(const Population& population);
+
+/// calibration.json.
+struct CalibrationDocument {
+    std::string law;
+    std::string effects;          ///< of --with
+    std::optional<double> window; ///< s
+    std::vector<diagnose::EffectAnswer> shared_effects;
+    std::optional<Population> population;
+    std::vector<std::string> stems; ///< stem_document() of each
+    std::vector<std::string> remarks;
+    Provenance provenance;
+};
+[[nodiscard]] nlohmann::json calibration_json(const CalibrationDocument& document);
+[[nodiscard]] nlohmann::json calibration_schema();
 
 } // namespace culm::present

@@ -2,14 +2,15 @@
 // The results of culm compare: a ladder of models (docs/compare.md).
 #pragma once
 
+#include "core/describe.hpp"
 #include "diagnose/ladder.hpp"
+#include "present/provenance.hpp"
 #include "present/text_style.hpp"
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json_fwd.hpp>
 
 namespace culm::present {
 
@@ -27,9 +28,23 @@ namespace culm::present {
 /// Three sentences: is the model adequate; where and when is the misfit largest; what is it.
 [[nodiscard]] std::vector<std::string> comparison_sentences(const diagnose::Comparison& comparison);
 
-/// All models with their residuals and verdicts.
-[[nodiscard]] nlohmann::json comparison_json(const diagnose::Ladder& ladder,
-                                             const measure::Measurement& measurement);
+struct ComparisonOptions {
+    std::string law;
+    std::string with;
+    std::string ladder;
+    std::optional<double> window; ///< s
+};
+
+/// comparison.json: all models with their residuals and verdicts.
+struct ComparisonDocument {
+    core::Viewed<diagnose::Ladder> ladder;
+    core::Viewed<measure::Measurement> measurement;
+    std::string folder;
+    ComparisonOptions options;
+    Provenance provenance;
+};
+[[nodiscard]] nlohmann::json comparison_json(const ComparisonDocument& document);
+[[nodiscard]] nlohmann::json comparison_schema();
 
 /// The ladder, which steps are gains, and the parameters of the last model with three sentences on
 /// it; `with_details`: the parameters of every model. `law` is that of the bonds' damping.
@@ -37,14 +52,5 @@ namespace culm::present {
                                           const measure::Measurement& measurement,
                                           const std::string& law, bool with_details,
                                           const TextStyle& style);
-
-/// Where, when and how a fit fails.
-[[nodiscard]] nlohmann::json where_json(const diagnose::Comparison& comparison,
-                                        const fit::RecordingFit& of);
-
-/// One quantity of the windows as a function of the amplitude, measured and modelled.
-[[nodiscard]] nlohmann::json
-against_amplitude_json(const std::vector<residuals::SwingWindow>& windows,
-                       reduce::Estimate residuals::WindowFit::*quantity);
 
 } // namespace culm::present

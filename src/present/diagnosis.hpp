@@ -2,15 +2,17 @@
 // The results of culm diagnose (docs/diagnosis.md).
 #pragma once
 
+#include "core/describe.hpp"
 #include "diagnose/diagnosis.hpp"
 #include "measure/folder/measurement.hpp"
+#include "present/provenance.hpp"
 #include "present/text_style.hpp"
 
+#include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
-
-#include <nlohmann/json_fwd.hpp>
 
 namespace culm::present {
 
@@ -42,17 +44,30 @@ struct DiagnosisReport {
 [[nodiscard]] std::string explanation_name(const diagnose::Diagnosis& found,
                                            const std::vector<diagnose::NamedFamily>& families);
 
-/// The members of `culm diagnose --json` on the answer, of one stem or several. Numbers of a failed
-/// fit are null.
-[[nodiscard]] nlohmann::json answer_json(const diagnose::Diagnosis& found);
+struct DiagnosisOptionsView {
+    std::string law;
+    std::optional<int> spheres;
+    std::optional<double> window; ///< s
+    std::size_t most_effects = 0;
+    std::vector<std::string> candidates;
+    std::vector<std::string> known;
+};
+
+/// Of a document: how it was made.
+struct DiagnosisContext {
+    std::vector<std::string> folders; ///< (recordings)
+    DiagnosisOptionsView options;
+    Provenance provenance;
+};
 
 /// "quadratic_drag"; of several stems "quadratic_drag of rig A", "taper of stems".
 [[nodiscard]] std::vector<std::string>
 effect_names(const std::vector<diagnose::OwnedEffect>& effects, bool is_one_stem = true);
 
-/// docs/schemas/diagnosis.schema.json, except options, folders and provenance; of several stems
-/// laboratory_json().
-[[nodiscard]] nlohmann::json diagnosis_json(const DiagnosisReport& report);
+/// diagnosis.json; of several stems laboratory_json().
+[[nodiscard]] nlohmann::json diagnosis_json(const DiagnosisReport& report,
+                                            const DiagnosisContext& context);
+[[nodiscard]] nlohmann::json diagnosis_schema();
 
 /// The verdict in sentences, the headline first.
 [[nodiscard]] std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "present/laboratory.hpp"
 
+#include "present/answer_json.hpp"
 #include "present/diagnosis.hpp"
 #include "present/files.hpp"
 #include "present/parameters.hpp"
@@ -146,74 +147,82 @@ std::string stem_table(const Laboratory& laboratory) {
     return text;
 }
 
-json numbers_json(const diagnose::StemNumbers& numbers) {
-    return {{"bond_youngs_modulus_pa", number(numbers.youngs_modulus)},
-            {"bond_youngs_modulus_standard_error_pa", number(numbers.youngs_modulus_error)},
-            {"bond_damping", number(numbers.damping)},
-            {"bond_damping_standard_error", number(numbers.damping_error)},
-            {"rms_mm", number(1e3 * numbers.rmse)}};
+template <class To>
+void describe_stem(To& to, const StemAnswer& stem) {
+    to("specimen", stem.name);
+    to("rig", stem.rig);
+    to.when([&] { return !stem.failure.empty(); }, [&] { to("failure", stem.failure); });
+    to.when([&] { return stem.failure.empty(); },
+            [&] {
+                to("before", stem.before, "of the published chain");
+                to("after", stem.after, "with the effects");
+                to("over_noise_before", stem.before.over_noise);
+                to("over_noise", stem.after.over_noise);
+                to("finding", [&] { return to_string(stem.finding); });
+                to("failed_tests", stem.tests);
+                to("own_effects", stem.own);
+                to.list("own_parameters", stem.own_values, [&](const fit::FittedParameter& each) {
+                    to("name", [&] { return to_string(each.id); });
+                    to("value", each.value);
+                    to("standard_error", each.standard_error);
+                });
+                to("youngs_modulus_distance", stem.youngs_modulus_distance,
+                   "from the median, in robust standard deviations");
+                to("damping_distance", stem.damping_distance);
+            });
 }
 
-json population_json(const diagnose::Population& population) {
-    return {{"mean_youngs_modulus_pa", number(population.mean_modulus)},
-            {"youngs_modulus_standard_deviation_pa", number(population.modulus_scatter)},
-            {"mean_damping", number(population.mean_damping)},
-            {"damping_standard_deviation", number(population.damping_scatter)},
-            {"correlation", number(population.correlation)}};
+/// Effects of stems, which are not known.
+std::vector<diagnose::EffectAnswer> stem_effects_of(const Laboratory& laboratory) {
+    std::vector<diagnose::EffectAnswer> effects = laboratory.answers;
+    std::erase_if(effects, [](const auto& each) { return !each.rig.empty() || each.is_known; });
+    return effects;
 }
 
-json stem_json(const StemAnswer& stem) {
-    if (!stem.failure.empty())
-        return {{"specimen", stem.name}, {"rig", stem.rig}, {"failure", stem.failure}};
-    return {{"specimen", stem.name},
-            {"rig", stem.rig},
-            {"before", numbers_json(stem.before)},
-            {"after", numbers_json(stem.after)},
-            {"over_noise_before", number(stem.before.over_noise)},
-            {"over_noise", number(stem.after.over_noise)},
-            {"finding", std::string(to_string(stem.finding))},
-            {"failed_tests", stem.tests},
-            {"own_effects", stem.own},
-            {"own_parameters", array_of(stem.own_values,
-                                        [](const fit::FittedParameter& each) {
-                                            return json{
-                                                {"name", to_string(each.id)},
-                                                {"value", number(each.value)},
-                                                {"standard_error", number(each.standard_error)}};
-                                        })},
-            {"youngs_modulus_distance", number(stem.youngs_modulus_distance)},
-            {"damping_distance", number(stem.damping_distance)}};
-}
-
-json effect_json(const diagnose::EffectAnswer& effect) {
-    return {{"effect", effect.effect},
-            {"rig", effect.rig},
-            {"known", effect.is_known},
-            {"probability", number(effect.probability)},
-            {"family", effect.family},
-            {"family_probability", number(effect.family_probability)},
-            {"stems_needed", number(effect.stems_needed)},
-            {"log_odds", number(effect.log_odds)},
-            {"log_odds_per_stem", number(effect.log_odds_per_stem)},
-            {"parameters", array_of(effect.values, [](const diagnose::SharedValue& value) {
-                 return json{{"name", value.name},
-                             {"unit", value.unit},
-                             {"value", number(value.value)},
-                             {"interval_95", bounds_json(value)}};
-             })}};
-}
-
-json stem_effects_json(const std::vector<diagnose::EffectAnswer>& effects) {
-    json out = json::array();
-    for (const diagnose::EffectAnswer& each : effects)
-        if (each.rig.empty() && !each.is_known)
-            out.push_back({{"effect", each.effect},
-                           {"probability", number(each.probability)},
-                           {"family", each.family},
-                           {"family_probability", number(each.family_probability)},
-                           {"specimens", each.stems},
-                           {"possible_specimens", each.possible_stems}});
-    return out;
+/// laboratory.json.
+struct LaboratoryFile {
+    core::Viewed<Laboratory> laboratory;
+    core::Viewed<DiagnosisContext> context;
+};
+template <class To>
+void describe(To& to, const LaboratoryFile& file) {
+    const Laboratory& laboratory = *file.laboratory;
+    to.constant("format", "culm-laboratory");
+    to.constant("version", 1);
+    describe_answer(to, laboratory);
+    to(
+        "conclusion", [&] { return to_string(laboratory.conclusion); },
+        "adequate, effect, tie or unknown");
+    to("sentences", [&] {
+        std::vector<std::string> sentences{diagnosis_headline(laboratory)};
+        std::ranges::copy(explanation_sentences(laboratory), std::back_inserter(sentences));
+        return sentences;
+    });
+    describe_rig_effects(to, "rig_effects", laboratory.answers);
+    to.list(
+        "stem_effects", [&] { return stem_effects_of(laboratory); },
+        [&](const diagnose::EffectAnswer& each) {
+            to("effect", each.effect);
+            to("probability", each.probability);
+            to("family", each.family);
+            to("family_probability", each.family_probability);
+            to("specimens", each.stems);
+            to("possible_specimens", each.possible_stems);
+        });
+    to.object("population", [&] {
+        to("before", laboratory.before);
+        to("after", laboratory.after);
+    });
+    to.list("stems", laboratory.stems, [&](const StemAnswer& stem) { describe_stem(to, stem); });
+    to("detection_limits", laboratory.shared_limits);
+    to("largest_unvisited_log_evidence", [&] {
+        return laboratory.largest_unvisited
+                   ? std::optional(laboratory.largest_unvisited->log_evidence)
+                   : std::nullopt;
+    });
+    to("folders", file.context->folders);
+    to("options", file.context->options);
+    to("provenance", file.context->provenance);
 }
 
 } // namespace
@@ -226,39 +235,12 @@ std::string rig_effects_text(std::span<const diagnose::EffectAnswer> effects) {
     return text;
 }
 
-json rig_effects_json(std::span<const diagnose::EffectAnswer> effects) {
-    json out = json::array();
-    for (const diagnose::EffectAnswer& effect : effects)
-        if (!effect.rig.empty())
-            out.push_back(effect_json(effect));
-    return out;
+json laboratory_json(const Laboratory& laboratory, const DiagnosisContext& context) {
+    return core::json_of(LaboratoryFile{laboratory, context});
 }
 
-json laboratory_json(const Laboratory& laboratory) {
-    std::vector<std::string> sentences{diagnosis_headline(laboratory)};
-    std::ranges::copy(explanation_sentences(laboratory), std::back_inserter(sentences));
-    const auto limit_json = [](const diagnose::SharedLimit& limit) -> json {
-        return {{"effect", limit.effect},           {"rig", limit.rig},
-                {"parameter", limit.parameter},     {"unit", limit.unit},
-                {"one_stem", number(limit.of_one)}, {"all_stems", number(limit.of_all)}};
-    };
-    json document = answer_json(laboratory);
-    document.update(
-        {{"format", "culm-laboratory"},
-         {"version", 1},
-         {"conclusion", to_string(laboratory.conclusion)},
-         {"sentences", sentences},
-         {"rig_effects", rig_effects_json(laboratory.answers)},
-         {"stem_effects", stem_effects_json(laboratory.answers)},
-         {"population",
-          {{"before", population_json(laboratory.before)},
-           {"after", population_json(laboratory.after)}}},
-         {"stems", array_of(laboratory.stems, stem_json)},
-         {"detection_limits", array_of(laboratory.shared_limits, limit_json)},
-         {"largest_unvisited_log_evidence", laboratory.largest_unvisited
-                                                ? number(laboratory.largest_unvisited->log_evidence)
-                                                : json()}});
-    return document;
+json laboratory_schema() {
+    return core::schema_of<LaboratoryFile>();
 }
 
 std::string laboratory_text(const Laboratory& laboratory, bool with_details,

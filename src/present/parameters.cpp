@@ -12,15 +12,6 @@
 
 namespace culm::present {
 
-using nlohmann::json;
-
-json estimate_json(double value, double standard_error) {
-    const double half = reduce::normal_quantile_95 * standard_error;
-    return {{"value", number(value)},
-            {"stderr", number(standard_error)},
-            {"interval", {number(value - half), number(value + half)}}};
-}
-
 std::string with_uncertainty(double value, double half) {
     if (!std::isfinite(half) || half <= 0.0)
         return fmt::format("{:.5g}", value);
@@ -55,13 +46,12 @@ by_key(std::span<const fit::FittedParameter> parameters) {
     return sorted;
 }
 
-json parameters_json(std::span<const fit::FittedParameter> parameters) {
-    json out = json::object();
-    for (const auto& [key, parameter] : by_key(parameters)) {
-        out[key] = estimate_json(parameter->value, parameter->standard_error);
-        out[key]["at_bound"] = parameter->is_at_bound;
-    }
-    return out;
+std::map<std::string, ShownParameter>
+shown_parameters(std::span<const fit::FittedParameter> parameters) {
+    std::map<std::string, ShownParameter> shown;
+    for (const auto& [key, parameter] : by_key(parameters))
+        shown[key] = {{parameter->value, parameter->standard_error}, parameter->is_at_bound};
+    return shown;
 }
 
 ReadableParameter readable(const fit::FittedParameter& parameter) {
@@ -116,12 +106,12 @@ std::string contradiction_sentence(std::span<const fit::Pull> all, bool describe
                        fmt::join(pulls, ", "));
 }
 
-json contradictions_json(std::span<const fit::Pull> pulls) {
-    json out = json::array();
+std::vector<Contradiction> contradictions_of(std::span<const fit::Pull> pulls) {
+    std::vector<Contradiction> found;
     for (const fit::Pull& pull : pulls)
         if (is_contradicted(pull))
-            out.push_back({{"name", pull.id}, {"pull", number(pull.value)}});
-    return out;
+            found.push_back({pull.id, pull.value});
+    return found;
 }
 
 std::string_view finding_text(diagnose::Finding finding) {
@@ -135,14 +125,6 @@ std::string finding_text(diagnose::Finding finding, const TextStyle& style) {
     return finding == diagnose::Finding::Adequate     ? style.good(text)
            : finding == diagnose::Finding::Inadequate ? style.warning(text)
                                                       : std::string(text);
-}
-
-json tests_json(std::span<const residuals::LackOfFitTest> tests) {
-    return array_of(tests, [](const residuals::LackOfFitTest& test) -> json {
-        return {{"name", test.name},
-                {"p_value", number(test.p_value)},
-                {"adjusted_p_value", number(test.adjusted_p_value)}};
-    });
 }
 
 } // namespace culm::present

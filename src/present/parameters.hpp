@@ -2,9 +2,11 @@
 // Fitted parameters and their models, for people and for programs.
 #pragma once
 
+#include "core/describe.hpp"
 #include "diagnose/adequacy.hpp"
 #include "fit/fit.hpp"
 #include "present/text_style.hpp"
+#include "reduce/distributions.hpp"
 
 #include <map>
 #include <span>
@@ -12,12 +14,25 @@
 #include <string_view>
 #include <vector>
 
-#include <nlohmann/json_fwd.hpp>
-
 namespace culm::present {
 
-/// {"value", "stderr", "interval"}: the interval is that of 95 %.
-[[nodiscard]] nlohmann::json estimate_json(double value, double standard_error);
+/// A number with its standard error; the interval is that of 95 %.
+struct Uncertain {
+    double value = 0.0;
+    double standard_error = 0.0;
+};
+template <class To>
+void describe(To& to, const Uncertain& number) {
+    to("value", number.value);
+    to("stderr", number.standard_error);
+    to(
+        "interval",
+        [&] {
+            const double half = reduce::normal_quantile_95 * number.standard_error;
+            return reduce::Bounds{number.value - half, number.value + half};
+        },
+        "95 %");
+}
 
 /// "1.90173 ± 0.00065": both to the second significant digit of `half`, half of an interval; five
 /// digits of the value if `half` is unknown.
@@ -35,8 +50,19 @@ namespace culm::present {
 [[nodiscard]] std::map<std::string, const fit::FittedParameter*>
 by_key(std::span<const fit::FittedParameter> parameters);
 
-/// By parameter_key(): estimate_json() and whether the parameter is at a bound.
-[[nodiscard]] nlohmann::json parameters_json(std::span<const fit::FittedParameter> parameters);
+/// A fitted parameter of a document.
+struct ShownParameter {
+    Uncertain number;
+    bool is_at_bound = false;
+};
+template <class To>
+void describe(To& to, const ShownParameter& parameter) {
+    describe(to, parameter.number);
+    to("at_bound", parameter.is_at_bound);
+}
+/// By parameter_key().
+[[nodiscard]] std::map<std::string, ShownParameter>
+shown_parameters(std::span<const fit::FittedParameter> parameters);
 
 /// Name and unit of a parameter on the screen.
 struct ReadableParameter {
@@ -57,8 +83,17 @@ struct ReadableParameter {
 [[nodiscard]] std::string contradiction_sentence(std::span<const fit::Pull> pulls,
                                                  bool describes_readings);
 
-/// The same as [{"name", "pull"}].
-[[nodiscard]] nlohmann::json contradictions_json(std::span<const fit::Pull> pulls);
+/// A contradicted input.
+struct Contradiction {
+    std::string name;
+    double pull = 0.0;
+};
+template <class To>
+void describe(To& to, const Contradiction& input) {
+    to("name", input.name);
+    to("pull", input.pull, "in standard uncertainties");
+}
+[[nodiscard]] std::vector<Contradiction> contradictions_of(std::span<const fit::Pull> pulls);
 
 /// "baseline + quadratic_drag".
 [[nodiscard]] std::string model_name(const std::vector<std::string>& names);
@@ -67,8 +102,5 @@ struct ReadableParameter {
 [[nodiscard]] std::string_view finding_text(diagnose::Finding finding);
 /// The same in its colour.
 [[nodiscard]] std::string finding_text(diagnose::Finding finding, const TextStyle& style);
-
-/// {"name", "p_value", "adjusted_p_value"} of each.
-[[nodiscard]] nlohmann::json tests_json(std::span<const residuals::LackOfFitTest> tests);
 
 } // namespace culm::present

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "present/ring_down_fits.hpp"
 
-#include "present/files.hpp"
 #include "present/parameters.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
+#include <ranges>
 
 #include <fmt/format.h>
 
@@ -15,104 +16,129 @@ namespace {
 
 using nlohmann::json;
 
-json adequacy(const reduce::RingDownAdequacy& judged) {
-    return {{"adequate", judged.is_adequate},
-            {"reason", judged.reason},
-            {"ljung_box_p_value", number(judged.ljung_box_p_value)},
-            {"runs_p_value", number(judged.runs_p_value)},
-            {"reduced_chi2", number(judged.reduced_chi_squared)},
-            {"chi2_p_value", number(judged.chi_squared_p_value)}};
+struct SampleWithHistogram {
+    reduce::SampleSummary sample;
+};
+template <class To>
+void describe(To& to, const SampleWithHistogram& of) {
+    describe(to, of.sample);
+    to("count", of.sample.count);
+    to("histogram", of.sample.histogram);
 }
 
 /// If Eq. 1 could not be fitted to a height, its entry contains the reason.
-json height_json(const reduce::HeightRingDown& height, bool has_offset, bool has_phase) {
-    json out{{"height_mm", 1e3 * height.height}};
-    if (!height.fit) {
-        out["failure"] = height.failure;
-        return out;
-    }
-    const reduce::RingDownAnalysis& fit = *height.fit;
-    out["samples"] = fit.samples;
-    out["b0_mm"] = interval_json(fit.amplitude, 1e3);
-    out["b1_per_s"] = interval_json(fit.decay_rate);
-    out["b1_per_cycle"] = interval_json(fit.decay_per_cycle);
-    out["b1_per_cycle_stderr_if_independent"] = number(fit.independent_decay_error);
-    out["b2_hz"] = interval_json(fit.frequency);
-    if (has_offset)
-        out["offset_mm"] = interval_json(fit.offset, 1e3);
-    if (has_phase)
-        out["phase_rad"] = interval_json(fit.phase);
-    out["largest_deflection_mm"] = number(1e3 * fit.largest_deflection);
-    out["rms_residual_mm"] = number(1e3 * fit.rms_residual);
-    out["r_squared"] = number(fit.r_squared);
-    out.update(adequacy(fit.adequacy));
-    return out;
+template <class To>
+void describe_height(To& to, const reduce::HeightRingDown& height, bool has_offset,
+                     bool has_phase) {
+    const reduce::RingDownAnalysis fit = height.fit.value_or(reduce::RingDownAnalysis());
+    to("height_mm", height.height);
+    to.when([&] { return !height.fit; }, [&] { to("failure", height.failure); });
+    to.when([&] { return height.fit.has_value(); },
+            [&] {
+                to("samples", fit.samples);
+                to("b0_mm", fit.amplitude);
+                to("b1_per_s", fit.decay_rate);
+                to("b1_per_cycle", fit.decay_per_cycle);
+                to("b1_per_cycle_stderr_if_independent", fit.independent_decay_error);
+                to("b2_hz", fit.frequency);
+                to.when([&] { return has_offset; }, [&] { to("offset_mm", fit.offset); });
+                to.when([&] { return has_phase; }, [&] { to("phase_rad", fit.phase); });
+                to("largest_deflection_mm", fit.largest_deflection);
+                to("rms_residual_mm", fit.rms_residual);
+                to("r_squared", fit.r_squared);
+                to("adequate", fit.adequacy.is_adequate);
+                to("reason", fit.adequacy.reason);
+                to("ljung_box_p_value", fit.adequacy.ljung_box_p_value);
+                to("runs_p_value", fit.adequacy.runs_p_value);
+                to("reduced_chi2", fit.adequacy.reduced_chi_squared);
+                to("chi2_p_value", fit.adequacy.chi_squared_p_value);
+            });
 }
 
-/// Null if a line has no points, for example the banding of a stem with one height.
-json line_json(const reduce::LineFit& line) {
-    if (line.count == 0)
-        return nullptr;
-    return {{"points", line.count},
-            {"intercept", number(line.intercept)},
-            {"slope", number(line.slope)},
-            {"stderr", number(line.slope_error)},
-            {"interval", bounds_json(line.slope_interval)},
-            {"correlation", number(line.correlation)},
-            {"p_value", number(line.p_value)}};
-}
-
-json stem_json(const FitReport& report, std::size_t i) {
-    const reduce::StemRingDowns& stem = report.stems[i];
-    const auto one_height = [&](const reduce::HeightRingDown& height) {
-        return height_json(height, report.has_offset[i], report.options.has_phase);
-    };
-    json out{{"measurement", stem.id},
-             {"folder", report.folders[i]},
-             {"length_mm", 1e3 * stem.length},
-             {"aspect_ratio", number(stem.aspect_ratio)},
-             {"largest_deflection_mm", number(1e3 * stem.largest_deflection)},
-             {"has_offset", bool(report.has_offset[i])},
-             {"adequate_heights", stem.adequate_heights},
-             {"heights", array_of(stem.heights, one_height)}};
-    if (!stem.frequency || !stem.decay_per_cycle)
-        return out;
+/// Means over the heights.
+template <class To>
+void describe_means(To& to, const reduce::StemRingDowns& stem) {
     // With δ the logarithmic decrement, ζ/√(1 − ζ²) = δ/2π and ω₀ = ω_d √(1 + (δ/2π)²).
-    const double decay = -stem.decay_per_cycle->value / (2.0 * std::numbers::pi);
-    const double critical = std::hypot(1.0, decay);
-    out["b1_per_cycle"] = interval_json(*stem.decay_per_cycle);
-    out["b2_hz"] = interval_json(*stem.frequency);
-    out["damping_ratio"] = number(decay / critical);
-    out["natural_frequency_hz"] = number(stem.frequency->value * critical);
-    out["banding"] = stem.banding ? line_json(*stem.banding) : json(nullptr);
-    if (stem.banding)
-        out["banding"]["p_value_adjusted"] = number(stem.banding_adjusted_p_value);
-    return out;
+    const auto decay = [&] { return -stem.decay_per_cycle->value / (2.0 * std::numbers::pi); };
+    const auto critical = [&] { return std::hypot(1.0, decay()); };
+    to("b1_per_cycle", [&] { return *stem.decay_per_cycle; });
+    to("b2_hz", [&] { return *stem.frequency; });
+    to("damping_ratio", [&] { return decay() / critical(); });
+    to("natural_frequency_hz", [&] { return stem.frequency->value * critical(); });
+    to.maybe(
+        "banding", [&] { return stem.banding && stem.banding->count > 0; },
+        [&] {
+            describe(to, stem.banding.value_or(reduce::LineFit()));
+            to("p_value_adjusted", stem.banding_adjusted_p_value, "for the number of stems");
+        },
+        "b1 per cycle along the relative height");
 }
 
-json sample_with_histogram(const reduce::SampleSummary& sample, double scale = 1.0) {
-    json out = sample_json(sample, scale);
-    out["count"] = sample.count;
-    out["histogram"] = {
-        {"edges", array_of(sample.histogram.edges, [=](double edge) { return scale * edge; })},
-        {"counts", sample.histogram.counts}};
-    return out;
+template <class To>
+void describe_measured_stem(To& to, const FitReport& report, std::size_t i) {
+    static const reduce::StemRingDowns no_stem;
+    const reduce::StemRingDowns& stem = report.stems.empty() ? no_stem : report.stems[i];
+    to("measurement", stem.id);
+    to("folder", [&] { return report.folders[i]; });
+    to("length_mm", stem.length);
+    to("aspect_ratio", stem.aspect_ratio);
+    to("largest_deflection_mm", stem.largest_deflection);
+    to("has_offset", [&] { return bool(report.has_offset[i]); });
+    to("adequate_heights", stem.adequate_heights);
+    to.list("heights", stem.heights, [&](const reduce::HeightRingDown& height) {
+        const bool has_offset = !report.has_offset.empty() && report.has_offset[i];
+        describe_height(to, height, has_offset, report.options.has_phase);
+    });
+    to.when([&] { return stem.frequency && stem.decay_per_cycle; },
+            [&] { describe_means(to, stem); });
 }
 
-json laboratory_json(const reduce::PopulationSummary& population) {
-    return {{"stems", population.stems},
-            {"b1_per_cycle", sample_with_histogram(population.decay_per_cycle)},
-            {"b2_hz", sample_with_histogram(population.frequency)},
-            {"natural_frequency_hz", sample_with_histogram(population.natural_frequency)},
-            {"largest_deflection_mm", sample_with_histogram(population.largest_deflection, 1e3)},
-            {"length_mm", sample_with_histogram(population.length, 1e3)},
-            {"aspect_ratio", sample_with_histogram(population.aspect_ratio)},
-            {"b1_against_aspect_ratio", line_json(population.decay_against_aspect_ratio)},
-            {"b1_against_relative_height", line_json(population.decay_against_height)},
-            {"banding",
-             {{"slopes", sample_with_histogram(population.banding_slopes)},
-              {"mean_slope_p_value", number(population.mean_slope_p_value)},
-              {"significant_stems", population.banded_stems}}}};
+template <class To>
+void describe_population(To& to, const reduce::PopulationSummary& population) {
+    const auto sample = [&](const char* key, const reduce::SampleSummary& of) {
+        to(key, SampleWithHistogram{of});
+    };
+    // Null if a line has no points.
+    const auto line = [&](const char* key, const reduce::LineFit& of) {
+        to(key, [&] { return of.count > 0 ? std::optional(of) : std::nullopt; });
+    };
+    to("stems", population.stems);
+    sample("b1_per_cycle", population.decay_per_cycle);
+    sample("b2_hz", population.frequency);
+    sample("natural_frequency_hz", population.natural_frequency);
+    sample("largest_deflection_mm", population.largest_deflection);
+    sample("length_mm", population.length);
+    sample("aspect_ratio", population.aspect_ratio);
+    line("b1_against_aspect_ratio", population.decay_against_aspect_ratio);
+    line("b1_against_relative_height", population.decay_against_height);
+    to.object("banding", [&] {
+        sample("slopes", population.banding_slopes);
+        to("mean_slope_p_value", population.mean_slope_p_value);
+        to("significant_stems", population.banded_stems, "after Holm's adjustment");
+    });
+}
+
+/// fit.json.
+struct FitFile {
+    core::Viewed<FitReport> report;
+    Provenance provenance;
+};
+template <class To>
+void describe(To& to, const FitFile& file) {
+    const FitReport& report = *file.report;
+    const auto stems = [&] { return std::views::iota(std::size_t{0}, report.stems.size()); };
+    to.constant("format", "culm-fit");
+    to.constant("version", 1);
+    to.object("model", [&] {
+        to("phase", [&] { return report.options.has_phase ? "free" : "fixed"; });
+        to("window_s", report.options.window);
+    });
+    to.list("stems", stems, [&](std::size_t i) { describe_measured_stem(to, report, i); });
+    to.maybe(
+        "population", [&] { return report.population.has_value(); },
+        [&] { describe_population(to, report.population.value_or(reduce::PopulationSummary())); });
+    to("remarks", report.remarks);
+    to("provenance", file.provenance);
 }
 
 // A screen has some 40 lines; for more stems than this only the population is shown.
@@ -226,16 +252,12 @@ std::string advice(const FitReport& report) {
 
 } // namespace
 
-json fit_json(const FitReport& report) {
-    const auto one_stem = [&report](std::size_t i) { return stem_json(report, i); };
-    return {{"format", "culm-fit"},
-            {"version", 1},
-            {"model",
-             {{"phase", report.options.has_phase ? "free" : "fixed"},
-              {"window_s", number(report.options.window)}}},
-            {"stems", array_of_count(report.stems.size(), one_stem)},
-            {"population", report.population ? laboratory_json(*report.population) : json(nullptr)},
-            {"remarks", report.remarks}};
+json fit_json(const FitReport& report, const Provenance& provenance) {
+    return core::json_of(FitFile{report, provenance});
+}
+
+json fit_schema() {
+    return core::schema_of<FitFile>();
 }
 
 std::string fit_table(const FitReport& report, const TextStyle& style) {

@@ -23,7 +23,9 @@ struct FitReport {
     std::vector<std::string> remarks;
 };
 
-[[nodiscard]] nlohmann::json fit_json(const FitReport& report);
+/// fit.json.
+[[nodiscard]] nlohmann::json fit_json(const FitReport& report, const Provenance& provenance);
+[[nodiscard]] nlohmann::json fit_schema();
 
 /// A summary for one screen: the heights of one stem, or one line per stem and the population.
 [[nodiscard]] std::string fit_table(const FitReport& report, const TextStyle& style);

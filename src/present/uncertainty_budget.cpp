@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "present/calibration.hpp"
-#include "present/files.hpp"
 #include "present/parameters.hpp"
 #include "present/text.hpp"
 
@@ -15,8 +14,6 @@
 
 namespace culm::present {
 namespace {
-
-using nlohmann::json;
 
 /// How inputs of a unit are shown, as in stem.toml's keys.
 struct Shown {
@@ -45,7 +42,7 @@ std::string uncertainty_text(const fit::StatedInput& input) {
 }
 
 /// Tip deflection, release time and error terms are omitted: they describe only this recording.
-std::vector<std::size_t> shown_parameters(std::span<const fit::FittedParameter> parameters) {
+std::vector<std::size_t> tabulated_parameters(std::span<const fit::FittedParameter> parameters) {
     std::vector<std::size_t> places;
     for (std::size_t p = 0; p < parameters.size(); ++p)
         if (const physics::ParameterId id = parameters[p].id.in_one_model();
@@ -74,7 +71,8 @@ std::string table_line(const std::string& name, const std::string& stated, const
     return fmt::format("    {:<22} {:>12} {:>12} {:>6}", name, stated, u, pull);
 }
 
-/// Names the inputs whose default uncertainty applies; empty if there are none.
+} // namespace
+
 std::string defaults_sentence(const fit::UncertaintyBudget& budget) {
     std::vector<std::string> defaults;
     for (const fit::BudgetInput& line : budget.inputs)
@@ -86,18 +84,9 @@ std::string defaults_sentence(const fit::UncertaintyBudget& budget) {
                                           fmt::join(defaults, ", "));
 }
 
-json by_parameter(std::span<const fit::FittedParameter> parameters, const auto& value) {
-    json out = json::object();
-    for (std::size_t p = 0; p < parameters.size(); ++p)
-        out[parameter_key(parameters[p])] = number(value(p));
-    return out;
-}
-
-} // namespace
-
 std::string budget_text(const fit::UncertaintyBudget& budget,
                         std::span<const fit::FittedParameter> parameters) {
-    const std::vector<std::size_t> places = shown_parameters(parameters);
+    const std::vector<std::size_t> places = tabulated_parameters(parameters);
     std::string text = "  uncertainty budget (standard uncertainties; * none stated; share of the "
                        "variance)\n" +
                        table_line("input", "stated", "u", "pull");
@@ -131,7 +120,7 @@ std::string largest_shares_text(const fit::UncertaintyBudget& budget,
                                 std::span<const fit::FittedParameter> parameters) {
     constexpr double enough = 0.9;
     std::string text;
-    for (const std::size_t p : shown_parameters(parameters)) {
+    for (const std::size_t p : tabulated_parameters(parameters)) {
         std::vector<std::pair<double, std::string>> shares{
             {budget.share_of_readings(p), "noise of the readings"}};
         for (std::size_t k = 0; k < budget.inputs.size(); ++k)
@@ -152,36 +141,6 @@ std::string largest_shares_text(const fit::UncertaintyBudget& budget,
     if (const std::string defaults = defaults_sentence(budget); !defaults.empty())
         text += result_lines("  ", defaults);
     return text;
-}
-
-json budget_json(const fit::UncertaintyBudget& budget,
-                 std::span<const fit::FittedParameter> parameters) {
-    std::vector<std::string> sentences;
-    if (std::string defaults = defaults_sentence(budget); !defaults.empty())
-        sentences.push_back(std::move(defaults));
-    const auto input_json = [&](std::size_t k) -> json {
-        const fit::BudgetInput& line = budget.inputs[k];
-        return {{"name", line.input.name},
-                {"unit", line.input.unit},
-                {"value", number(line.input.value)},
-                {"standard_uncertainty", number(line.input.standard_uncertainty)},
-                {"default", line.input.is_default},
-                {"pull", number(line.pull)},
-                {"uncertainty_with_readings", number(line.uncertainty_with_readings)},
-                {"sensitivities",
-                 by_parameter(parameters, [&](std::size_t p) { return line.sensitivities[p]; })},
-                {"shares",
-                 by_parameter(parameters, [&](std::size_t p) { return budget.share(k, p); })}};
-    };
-    return {
-        {"inputs", array_of_count(budget.inputs.size(), input_json)},
-        {"readings",
-         {{"standard_uncertainties",
-           by_parameter(parameters, [&](std::size_t p) { return budget.from_readings[p]; })},
-          {"shares",
-           by_parameter(parameters, [&](std::size_t p) { return budget.share_of_readings(p); })}}},
-        {"combined", by_parameter(parameters, [&](std::size_t p) { return budget.combined[p]; })},
-        {"sentences", sentences}};
 }
 
 } // namespace culm::present

@@ -19,6 +19,11 @@ inline constexpr double confidence_level = 0.95;
 /// quantile of Student's t distribution. Throws std::domain_error unless degrees_of_freedom > 0.
 [[nodiscard]] double student_t_factor(std::size_t degrees_of_freedom);
 
+struct Bounds {
+    double lower = 0.0;
+    double upper = 0.0;
+};
+
 /// An estimated number; the interval has the coverage `confidence_level`.
 struct Estimate {
     double value = 0.0;
@@ -26,6 +31,13 @@ struct Estimate {
     double lower = 0.0;
     double upper = 0.0;
 };
+
+template <class To>
+void describe(To& to, const Estimate& found) {
+    to("value", found.value);
+    to("stderr", found.standard_error);
+    to("interval", [&] { return Bounds{found.lower, found.upper}; }, "95 %");
+}
 
 /// With an interval of `factor` standard errors to either side; a negative variance counts as zero.
 [[nodiscard]] Estimate estimate(double value, double variance, double factor);

@@ -19,6 +19,15 @@ struct Coefficient : Estimate {
     double p_value = 1.0;
 };
 
+template <class To>
+void describe(To& to, const Coefficient& coefficient) {
+    to("term", coefficient.name);
+    to("coefficient", coefficient.value);
+    to("standard_error", coefficient.standard_error);
+    to("interval", [&] { return Bounds{coefficient.lower, coefficient.upper}; });
+    to("p_value", coefficient.p_value);
+}
+
 struct LinearRegression {
     std::vector<Coefficient> coefficients; ///< (columns), in the order of the design's columns
     std::vector<double> residuals;         ///< (rows), observed − fitted
@@ -54,6 +63,12 @@ struct NestedTest {
     std::size_t numerator_degrees_of_freedom = 0;
     std::size_t denominator_degrees_of_freedom = 0;
 };
+
+template <class To>
+void describe(To& to, const NestedTest& test) {
+    to("f", test.f_statistic);
+    to("p_value", test.p_value);
+}
 
 /// F = ((RSS_r − RSS_f)/(df_r − df_f)) / (RSS_f/df_f) for two regressions of the same response, the
 /// columns of `reduced` a true subset of those of `full`. Differences that consist of rounding

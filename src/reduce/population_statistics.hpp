@@ -3,6 +3,8 @@
 // the variance, between stems and between tests of one stem.
 #pragma once
 
+#include "reduce/distributions.hpp"
+
 #include <cstddef>
 #include <span>
 #include <string>
@@ -15,15 +17,16 @@ struct Histogram {
     std::vector<std::size_t> counts; ///< (bins); a value on an inner edge counts to the right
 };
 
+template <class To>
+void describe(To& to, const Histogram& histogram) {
+    to("edges", histogram.edges);
+    to("counts", histogram.counts);
+}
+
 /// Bins by the rule of Freedman & Diaconis (1981), 2·IQR/n^(1/3), or that of Sturges (1926) where
 /// the quartiles coincide; the width rounded to 1, 2 or 5 times a power of ten, at most 100 bins.
 /// All values equal: one bin around them. Values must be finite; no values give no bins.
 [[nodiscard]] Histogram make_histogram(std::span<const double> values);
-
-struct Bounds {
-    double lower = 0.0;
-    double upper = 0.0;
-};
 
 /// Intervals have a coverage of 95 % for a normal population.
 struct SampleSummary {
@@ -38,6 +41,18 @@ struct SampleSummary {
     Bounds central_90_percent; ///< the 5 % and 95 % quantiles of the sample, interpolated
     Histogram histogram;
 };
+
+template <class To>
+void describe(To& to, const SampleSummary& sample) {
+    to("mean", sample.mean);
+    to("mean_interval", sample.mean_interval);
+    to("standard_deviation", sample.standard_deviation);
+    to("standard_deviation_interval", sample.standard_deviation_interval);
+    to("lowest", sample.lowest);
+    to("median", sample.median);
+    to("highest", sample.highest);
+    to("central_90_percent", sample.central_90_percent);
+}
 
 /// Finite values; NaN where the sample is too small for a number (one value has no spread).
 [[nodiscard]] SampleSummary summarise(std::span<const double> values);
@@ -57,6 +72,17 @@ struct LineFit {
     double p_value = 1.0;     ///< of a slope of zero, Student's t
 };
 
+template <class To>
+void describe(To& to, const LineFit& line) {
+    to("points", line.count);
+    to("intercept", line.intercept);
+    to("slope", line.slope);
+    to("stderr", line.slope_error);
+    to("interval", line.slope_interval);
+    to("correlation", line.correlation);
+    to("p_value", line.p_value);
+}
+
 /// Least squares; `weights` (empty: equal) are inverse variances up to a common factor, which the
 /// scatter about the line determines. Fewer than three points or one x only: count 0.
 [[nodiscard]] LineFit fit_line(std::span<const double> x, std::span<const double> y,
@@ -65,6 +91,32 @@ struct LineFit {
 /// p-values adjusted for their number (Holm 1979): an adjusted value below α keeps the probability
 /// of any false alarm among them below α, whatever their dependence.
 [[nodiscard]] std::vector<double> holm_adjusted(std::span<const double> p_values);
+
+/// A variance with its interval.
+struct VarianceComponent {
+    double variance = 0.0;
+    Bounds interval;
+    std::size_t degrees_of_freedom = 0;
+};
+
+template <class To>
+void describe(To& to, const VarianceComponent& component) {
+    to("variance", component.variance);
+    to("interval", component.interval);
+    to("degrees_of_freedom", component.degrees_of_freedom);
+}
+
+/// A share of the variance with its 95 % interval.
+struct Share {
+    double value = 0.0;
+    Bounds interval;
+};
+
+template <class To>
+void describe(To& to, const Share& share) {
+    to("value", share.value);
+    to("interval", share.interval);
+}
 
 /// The tests of one stem.
 struct StemTests {
@@ -91,6 +143,20 @@ struct VarianceComponents {
     std::size_t within_degrees_of_freedom = 0;
     std::string reason; ///< one sentence if `between` or `within` is not identifiable
 };
+
+template <class To>
+void describe(To& to, const VarianceComponents& found) {
+    to("stems", found.stems);
+    to("tests", found.tests);
+    to("between", VarianceComponent{found.between, found.between_interval,
+                                    found.between_degrees_of_freedom});
+    to("within",
+       VarianceComponent{found.within, found.within_interval, found.within_degrees_of_freedom});
+    to("intraclass_correlation", Share{found.intraclass_correlation, found.intraclass_interval});
+    to("f", found.f_statistic);
+    to("p_value", found.p_value);
+    to.when([&] { return !found.reason.empty(); }, [&] { to("reason", found.reason); });
+}
 
 /// Analysis of variance with unweighted means of the stems (Thomas & Hultquist 1978); for equal
 /// numbers of tests it is the ordinary one. 95 % intervals: χ² for `within`, the modified

@@ -21,12 +21,6 @@ struct InputGroup {
     Eigen::VectorXd weights; ///< of the nodes, sum 1
 };
 
-/// A share of the variance with its 95 % interval.
-struct Share {
-    double value = 0.0;
-    Bounds interval;
-};
-
 /// Indices of Sobol (1993) and Homma & Saltelli (1996).
 struct GroupSensitivity {
     std::string name;
@@ -49,6 +43,25 @@ struct Sensitivity {
     /// False if the polynomials predict nothing at points left out: then no index is determined.
     [[nodiscard]] bool is_determined() const { return degree > 0 && predicted_share > 0.0; }
 };
+
+template <class To>
+void describe(To& to, const GroupSensitivity& group) {
+    to("group", group.name);
+    to("first_order", group.first_order);
+    to("total", group.total);
+}
+
+template <class To>
+void describe(To& to, const Sensitivity& found) {
+    to("points", found.points);
+    to("degree", found.degree);
+    to("terms", found.terms);
+    to("predicted_share", found.predicted_share);
+    to("mean", found.mean);
+    to("standard_deviation", found.standard_deviation);
+    to("interactions", found.interactions);
+    to("indices", found.groups);
+}
 
 /// Polynomial chaos by least squares (Sudret 2008): products of the groups' orthonormal
 /// polynomials up to a total degree, which is that of the smallest leave-one-out error. Squared

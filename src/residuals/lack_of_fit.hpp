@@ -16,6 +16,13 @@ struct LackOfFitTest {
     double adjusted_p_value = 1.0; ///< for the number of tests (Holm)
 };
 
+template <class To>
+void describe(To& to, const LackOfFitTest& test) {
+    to("name", test.name);
+    to("p_value", test.p_value);
+    to("adjusted_p_value", test.adjusted_p_value);
+}
+
 struct LackOfFit {
     std::vector<LackOfFitTest> tests; ///< not adjusted yet
     double effective_degrees_of_freedom = 0.0;

@@ -7,6 +7,8 @@
 #include "residuals/swing.hpp"
 
 #include <array>
+#include <map>
+#include <string>
 
 namespace culm::residuals {
 
@@ -24,6 +26,18 @@ struct SwingError {
     double modelled_over_noise = 0.0;
 };
 
+template <class To>
+void describe(To& to, const SwingError& error) {
+    to("amplitude", error.amplitude);
+    to("amplitude_stderr", error.amplitude_error);
+    to("lag_rad", error.lag);
+    to("lag_stderr_rad", error.lag_error);
+    to("rest_mm", error.rest);
+    to("rest_stderr_mm", error.rest_error);
+    to("measured_over_noise", error.measured_over_noise);
+    to("modelled_over_noise", error.modelled_over_noise);
+}
+
 struct ResidualStructure {
     std::array<SwingError, 3> thirds;
     /// Shares of the residuals' power above the noise's: the parts that a wrong amplitude, phase
@@ -36,6 +50,19 @@ struct ResidualStructure {
     double other_shape_share = 0.0;
     double excess_over_noise = 0.0; ///< power of the residuals over the noise's, less 1
 };
+
+/// Errors in the thirds of the time: their growth, decay or change of sign indicates the effect.
+template <class To>
+void describe(To& to, const ResidualStructure& found) {
+    to("thirds", found.thirds);
+    to("shares", [&] {
+        return std::map<std::string, double>{{"amplitude", found.amplitude_share},
+                                             {"phase", found.phase_share},
+                                             {"rest", found.rest_share},
+                                             {"other_motion", found.other_motion_share},
+                                             {"other_shape", found.other_shape_share}};
+    });
+}
 
 /// The residual of the swing in windows of two cycles is a sum of the modelled swing (amplitude),
 /// its speed (phase) and a constant (rest), by least squares.

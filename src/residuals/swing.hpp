@@ -38,12 +38,30 @@ struct WindowFit {
     reduce::Estimate rest;            ///< position of rest, m
 };
 
+template <class To>
+void describe(To& to, const WindowFit& found) {
+    to("amplitude_mm", found.amplitude);
+    to("frequency_hz", found.frequency);
+    to("b1_per_cycle", found.decay_per_cycle);
+    to("rest_mm", found.rest);
+}
+
 struct SwingWindow {
     double begin = 0.0; ///< s
     double end = 0.0;
     std::optional<WindowFit> measured; ///< empty: Eq. 1 could not be fitted
     std::optional<WindowFit> modelled;
 };
+
+/// Measured and modelled motion are fitted by Eq. 1 in the same windows, so that deviations from
+/// Eq. 1 affect both alike.
+template <class To>
+void describe(To& to, const SwingWindow& window) {
+    to("begin_s", window.begin);
+    to("end_s", window.end);
+    to("measured", window.measured);
+    to("modelled", window.modelled);
+}
 
 /// Windows of five cycles, each beginning in the middle of the one before. Measurement and model
 /// are fitted in the same way, so that the effect of a window on Eq. 1 (a second mode, a changing

@@ -38,7 +38,7 @@ void add_look(CLI::App& archive, core::ExitCode& exit_code, const char* name,
         const study::StudyFolder folder(arguments->folder);
         const study::FolderState state = study::read_folder_state(folder, depth);
         if (!arguments->json.empty())
-            present::write_json(arguments->json, present::to_json(state));
+            present::write_json(arguments->json, present::folder_json(state));
         if (arguments->json != "-")
             fmt::print("{}", text(folder, state));
         if (is_bad(state))

@@ -32,7 +32,6 @@ namespace culm::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 struct CalibrateArguments : RecordingArguments {
     std::string via;
@@ -116,18 +115,20 @@ void fields(Wire& wire, StemAnswer& answer) {
     wire(answer.document, answer.text, answer.line, answer.by_study, answer.numbers);
 }
 
-/// A stem that could not be calibrated: its member of the document and its texts in the answer.
-json refused(const std::string& id, std::string reason, const present::TextStyle& style,
-             StemAnswer& answer) {
+/// A stem that could not be calibrated: its failure and its texts in the answer.
+void refuse(std::string reason, const present::TextStyle& style, present::CalibratedStem& stem,
+            StemAnswer& answer) {
+    const std::string& id = stem.id;
     if (reason.starts_with(id + ": "))
         reason.erase(0, id.size() + 2);
     answer.text = fmt::format("{}: {}: {}\n", id, style.failure("FAILED"), reason);
     answer.line = fmt::format("{:<14} {}: {}\n", id, style.failure("failed"), reason);
-    return {{"measurement", id}, {"failure", reason}};
+    stem.failure = reason;
 }
 
-json calibrated(const CalibrationPlan& plan, std::size_t index, const CalibrateArguments& arguments,
-                const run::Heartbeat& heartbeat, StemAnswer& answer) {
+void calibrate_chain(const CalibrationPlan& plan, std::size_t index,
+                     const CalibrateArguments& arguments, const run::Heartbeat& heartbeat,
+                     present::CalibratedStem& stem, StemAnswer& answer) {
     const present::TextStyle style = style_of(stdout);
     const measure::Measurement& measurement = plan.read.measurements[index];
     const std::string& law = arguments.law;
@@ -144,17 +145,19 @@ json calibrated(const CalibrationPlan& plan, std::size_t index, const CalibrateA
             core::write_text(fs::path(arguments.output) / "predictions" /
                                  fmt::format("{:03}.csv", index + 1),
                              present::deflections_csv(measurement, {{"predicted", &found.part()}}));
-        return present::calibration_json(found, law);
+        stem.calibration = std::move(found);
     } catch (const core::InputError& error) {
-        return refused(measurement.stem.id, error.what(), style, answer);
+        refuse(error.what(), style, stem, answer);
     } catch (const core::NumericalError& error) {
-        return refused(measurement.stem.id, error.what(), style, answer);
+        refuse(error.what(), style, stem, answer);
     }
 }
 
 /// The stem's Y and β by the study's regressions.
-json calibrated_by_study(const CalibrationPlan& plan, std::size_t index,
-                         const CalibrateArguments& arguments, StemAnswer& answer) {
+void calibrate_by_study(const CalibrationPlan& plan, std::size_t index,
+                        const CalibrateArguments& arguments, present::CalibratedStem& stem,
+                        StemAnswer& answer) {
+    stem.study = arguments.via;
     const std::string law = physics::law_name(plan.study->base.law);
     try {
         calibrate::StudyCalibration found =
@@ -166,35 +169,44 @@ json calibrated_by_study(const CalibrationPlan& plan, std::size_t index,
                             law, arguments.law, law));
         answer.by_study =
             present::study_calibration_text(found, arguments.via, law, style_of(stdout));
-        return present::study_calibration_json(found, arguments.via);
+        stem.by_study = std::move(found);
     } catch (const core::NumericalError& error) {
         answer.by_study = fmt::format("  by the study: not possible: {}\n", error.what());
-        return {{"failure", error.what()}};
+        stem.study_failure = error.what();
     }
+}
+
+present::CalibratedStem stem_of(const CalibrationPlan& plan, std::size_t index,
+                                const CalibrateArguments& arguments) {
+    present::CalibratedStem stem;
+    stem.id = plan.read.measurements[index].stem.id;
+    stem.folder = plan.read.folders[index].string();
+    stem.law = arguments.law;
+    return stem;
 }
 
 StemAnswer answer_of(const CalibrationPlan& plan, std::size_t index,
                      const CalibrateArguments& arguments, const run::Heartbeat& heartbeat) {
     StemAnswer answer;
-    json stem = calibrated(plan, index, arguments, heartbeat, answer);
+    present::CalibratedStem stem = stem_of(plan, index, arguments);
+    calibrate_chain(plan, index, arguments, heartbeat, stem, answer);
     if (plan.study)
-        stem["via"] = calibrated_by_study(plan, index, arguments, answer);
-    stem["folder"] = plan.read.folders[index].string();
-    answer.document = stem.dump();
+        calibrate_by_study(plan, index, arguments, stem, answer);
+    answer.document = present::stem_document(stem);
     return answer;
 }
 
 /// The answers of all stems, including those whose calibration threw.
 std::vector<StemAnswer> all_answers(const CalibrationPlan& plan,
+                                    const CalibrateArguments& arguments,
                                     std::vector<core::ItemOutcome<StemAnswer>> outcomes) {
     std::vector<StemAnswer> answers;
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
         StemAnswer answer = std::move(outcomes[i].value).value_or(StemAnswer());
         if (!outcomes[i].value) {
-            json stem = refused(plan.read.measurements[i].stem.id, outcomes[i].failure,
-                                style_of(stdout), answer);
-            stem["folder"] = plan.read.folders[i].string();
-            answer.document = stem.dump();
+            present::CalibratedStem stem = stem_of(plan, i, arguments);
+            refuse(outcomes[i].failure, style_of(stdout), stem, answer);
+            answer.document = present::stem_document(stem);
         }
         answers.push_back(std::move(answer));
     }
@@ -209,27 +221,25 @@ std::optional<present::Population> population_of(const std::vector<StemAnswer>& 
     return present::population_of(calibrated, answers.size() - calibrated.size());
 }
 
-json document_of(const CalibrateArguments& arguments, const CalibrationPlan& plan,
-                 const std::vector<StemAnswer>& answers,
-                 const std::optional<present::Population>& population, const json& provenance) {
-    json stems = json::array();
+present::CalibrationDocument document_of(const CalibrateArguments& arguments,
+                                         const CalibrationPlan& plan,
+                                         const std::vector<StemAnswer>& answers,
+                                         const std::optional<present::Population>& population,
+                                         const present::Provenance& provenance) {
+    present::CalibrationDocument document{arguments.law,
+                                          arguments.effects,
+                                          arguments.window_s,
+                                          plan.shared.effects,
+                                          population,
+                                          {},
+                                          {},
+                                          provenance};
     for (const StemAnswer& answer : answers)
-        stems.push_back(json::parse(answer.document));
-    json remarks = json::array();
+        document.stems.push_back(answer.document);
     for (const measure::Measurement& measurement : plan.read.measurements)
-        for (const std::string& remark : measurement.remarks)
-            remarks.push_back(remark);
-    return {{"format", "culm-calibration"},
-            {"version", 1},
-            {"options",
-             {{"law", arguments.law},
-              {"with", arguments.effects},
-              {"window_s", present::number(arguments.window_s)}}},
-            {"shared_effects", present::rig_effects_json(plan.shared.effects)},
-            {"population", population ? present::population_json(*population) : json()},
-            {"stems", std::move(stems)},
-            {"remarks", std::move(remarks)},
-            {"provenance", provenance}};
+        document.remarks.insert(document.remarks.end(), measurement.remarks.begin(),
+                                measurement.remarks.end());
+    return document;
 }
 
 /// One stem as some lines; several as a table, followed by the population.
@@ -285,9 +295,11 @@ std::string next_command(const CalibrateArguments& arguments, const CalibrationP
 
 /// Rank 0 writes and prints; the exit code.
 core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan& plan,
-                      const std::vector<StemAnswer>& answers, const json& provenance) {
+                      const std::vector<StemAnswer>& answers,
+                      const present::Provenance& provenance) {
     const std::optional<present::Population> population = population_of(answers);
-    const json document = document_of(arguments, plan, answers, population, provenance);
+    const nlohmann::json document =
+        present::calibration_json(document_of(arguments, plan, answers, population, provenance));
     write_results(arguments, plan.read.measurements, "calibration.json", document);
     if (arguments.prints_text())
         fmt::print("{}{}", calibrations_text(arguments, plan, answers, population),
@@ -347,8 +359,8 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
                 [](const StemAnswer& answer) { return !answer.numbers; });
     display.finish();
     step.finish();
-    const json facts = provenance.document();
-    const std::vector<StemAnswer> answers = all_answers(plan, std::move(outcomes));
+    const present::Provenance facts = provenance.document();
+    const std::vector<StemAnswer> answers = all_answers(plan, arguments, std::move(outcomes));
     return farm::on_root(communicator, [&] { return report(arguments, plan, answers, facts); });
 }
 

@@ -24,7 +24,6 @@ namespace culm::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 struct CompareArguments : RecordingArguments {
     std::vector<std::string> with; ///< as it was given; more than one is refused
@@ -87,20 +86,6 @@ std::string next_command(const CompareArguments& arguments, const fs::path& fold
            chain_words(arguments) + " --check";
 }
 
-json ladder_document(const CompareArguments& arguments, const fs::path& folder,
-                     const diagnose::Ladder& ladder, const measure::Measurement& measurement,
-                     const RunProvenance& provenance) {
-    json document = present::comparison_json(ladder, measurement);
-    document["folder"] = folder.string();
-    document["options"] = {
-        {"law", arguments.law},
-        {"with", arguments.with.empty() ? std::string() : arguments.with.front()},
-        {"ladder", arguments.ladder},
-        {"window_s", present::number(arguments.window_s)}};
-    document["provenance"] = provenance.document();
-    return document;
-}
-
 /// One measurement, on one rank.
 core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& folder,
                            const std::vector<fit::SelectedEffects>& models) {
@@ -110,7 +95,13 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
     options.chain = chain_options(arguments);
     options.window = arguments.window_s;
     const diagnose::Ladder ladder = diagnose::climb(measurement, models, options);
-    const json document = ladder_document(arguments, folder, ladder, measurement, provenance);
+    const nlohmann::json document = present::comparison_json(
+        {ladder,
+         measurement,
+         folder.string(),
+         {arguments.law, arguments.with.empty() ? std::string() : arguments.with.front(),
+          arguments.ladder, arguments.window_s},
+         provenance.document()});
     write_results(arguments, {&measurement, 1}, "comparison.json", document);
     if (!arguments.output.empty()) {
         const fs::path output = arguments.output;

@@ -10,6 +10,7 @@
 #include "diagnose/diagnosis.hpp"
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
+#include "present/answer_json.hpp"
 #include "present/diagnosis.hpp"
 #include "present/files.hpp"
 #include "present/motion_files.hpp"
@@ -33,7 +34,6 @@ namespace culm::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 constexpr const char* force_file_name = "missing_force.toml";
 
@@ -145,31 +145,26 @@ std::vector<fs::path> diagnosis_inputs(const DiagnosisPlan& plan) {
     return files;
 }
 
-json names_of(const fit::SelectedEffects& effects) {
-    json names = json::array();
+std::vector<std::string> names_of(const fit::SelectedEffects& effects) {
+    std::vector<std::string> names;
     for (const physics::SelectedEffect& selected : effects)
         names.push_back(physics::to_string(selected));
     return names;
 }
 
-json options_json(const DiagnoseArguments& arguments, const DiagnosisPlan& plan) {
-    return {{"law", arguments.law},
-            {"spheres", arguments.spheres ? json(*arguments.spheres) : json()},
-            {"window_s", present::number(arguments.window_s)},
-            {"max_effects", arguments.most_effects},
-            {"candidates", names_of(plan.effects.candidates)},
-            {"known", names_of(plan.effects.known)}};
-}
-
-json document_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
-                 const present::DiagnosisReport& report, const json& provenance) {
-    json document = present::diagnosis_json(report);
-    for (std::size_t k = 0; k < plan.read.folders.size(); ++k)
-        (plan.specimens.size() == 1 ? document["recordings"][k]["folder"]
-                                    : document["folders"][k]) = plan.read.folders[k].string();
-    document["options"] = options_json(arguments, plan);
-    document["provenance"] = provenance;
-    return document;
+present::DiagnosisContext context_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
+                                     const present::Provenance& provenance) {
+    present::DiagnosisContext context;
+    for (const fs::path& folder : plan.read.folders)
+        context.folders.push_back(folder.string());
+    context.options = {arguments.law,
+                       arguments.spheres,
+                       arguments.window_s,
+                       arguments.most_effects,
+                       names_of(plan.effects.candidates),
+                       names_of(plan.effects.known)};
+    context.provenance = provenance;
+    return context;
 }
 
 /// "--with A,B" of the known and the `added` effects, and the chain's options.
@@ -239,12 +234,12 @@ std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan
 }
 
 core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
-                      const diagnose::Diagnosis& found, const json& provenance) {
+                      const diagnose::Diagnosis& found, const present::Provenance& provenance) {
     const bool is_one = plan.specimens.size() == 1;
     const present::DiagnosisReport report{found, plan.read.measurements, plan.effects.candidates,
                                           arguments.law};
     write_results(arguments, plan.read.measurements, is_one ? "diagnosis.json" : "laboratory.json",
-                  document_of(arguments, plan, report, provenance));
+                  present::diagnosis_json(report, context_of(arguments, plan, provenance)));
     if (is_one && !arguments.output.empty()) {
         const fs::path folder = arguments.output;
         present::write_diagnosis_arrays(folder / "diagnosis.h5", found, plan.read.measurements);
@@ -271,9 +266,10 @@ std::unique_ptr<KeptItems> kept_fits(const DiagnoseArguments& arguments, const D
         if (arguments.output.empty())
             return core::ExitCode::Done;
         core::create_folder(arguments.output);
-        const json identity = {{"program", version_text()},
-                               {"options", options_json(arguments, plan)},
-                               {"inputs", provenance.inputs()}};
+        const nlohmann::json identity = {
+            {"program", version_text()},
+            {"options", core::json_of(context_of(arguments, plan, {}).options)},
+            {"inputs", core::json_value(provenance.inputs(), 1.0)}};
         kept = std::make_unique<KeptItems>(arguments.output, identity.dump(1), arguments.resumes);
         if (kept->size() > 0 && !arguments.is_quiet)
             print_note(fmt::format("{} kept in {} are not computed again",
@@ -353,7 +349,7 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
             print_error(error.what());
         return core::ExitCode::PointsFailed;
     }
-    const json facts = provenance.document();
+    const present::Provenance facts = provenance.document();
     return farm::on_root(communicator, [&] {
         const core::ExitCode code = report(arguments, plan, found, facts);
         if (kept)

@@ -19,7 +19,6 @@
 namespace culm::cli {
 namespace {
 
-using nlohmann::json;
 using physics::EffectParameter;
 
 /// A label, then the text in lines that begin below its first word.
@@ -52,16 +51,40 @@ std::string markdown_parameters(const physics::Effect& effect) {
     return out;
 }
 
-json parameter_json(const EffectParameter& parameter) {
-    return {{"name", parameter.name},
-            {"unit", parameter.unit},
-            {"meaning", parameter.meaning},
-            {"default", parameter.default_value},
-            {"lower", parameter.lower},
-            {"upper", parameter.upper},
-            {"scale", parameter.scale},
-            {"fitted_as", physics::to_string(parameter.fitted_as)},
-            {"calibrated", parameter.calibrated}};
+/// What `culm effects --json` writes.
+struct EffectsFile {
+    std::vector<physics::EffectPointer> effects;
+};
+template <class To>
+void describe(To& to, const EffectsFile& file) {
+    to.constant("format", "culm-effects");
+    to.constant("version", 1);
+    to.list("effects", file.effects, [&](const physics::EffectPointer& effect) {
+        to("name", [&] { return effect->name(); });
+        to("family", [&] { return physics::to_string(effect->family()); });
+        to("summary", [&] { return effect->summary(); });
+        to("law", [&] { return effect->law(); });
+        to("source", [&] { return effect->source(); });
+        to(
+            "signature", [&] { return effect->signature(); }, "what it does to a recording");
+        to("remedy", [&] { return effect->remedy(); });
+        to("energy", [&] { return effect->energy(); });
+        to("dimensions", [&] { return effect->dimensions(); });
+        to("excludes", [&] { return effect->excludes(); });
+        to.list(
+            "parameters", [&] { return effect->parameters(); },
+            [&](const EffectParameter& parameter) {
+                to("name", parameter.name);
+                to("unit", parameter.unit);
+                to("meaning", parameter.meaning);
+                to("default", parameter.default_value);
+                to("lower", parameter.lower);
+                to("upper", parameter.upper);
+                to("scale", parameter.scale, "a typical size");
+                to("fitted_as", [&] { return physics::to_string(parameter.fitted_as); });
+                to("calibrated", parameter.calibrated);
+            });
+    });
 }
 
 /// One line for each effect, with the names of its parameters.
@@ -117,25 +140,6 @@ std::string effects_markdown(std::span<const physics::EffectPointer> effects) {
     return out;
 }
 
-/// docs/schemas/effects.schema.json.
-json effects_json(std::span<const physics::EffectPointer> effects) {
-    const auto card = [](const physics::EffectPointer& effect) -> json {
-        return {{"name", effect->name()},
-                {"family", physics::to_string(effect->family())},
-                {"summary", effect->summary()},
-                {"law", effect->law()},
-                {"source", effect->source()},
-                {"signature", effect->signature()},
-                {"remedy", effect->remedy()},
-                {"energy", effect->energy()},
-                {"dimensions", effect->dimensions()},
-                {"excludes", effect->excludes()},
-                {"parameters", present::array_of(effect->parameters(), parameter_json)}};
-    };
-    return {
-        {"format", "culm-effects"}, {"version", 1}, {"effects", present::array_of(effects, card)}};
-}
-
 struct EffectsArguments {
     std::vector<std::string> names;
     std::string json;
@@ -155,7 +159,7 @@ std::vector<physics::EffectPointer> chosen(const EffectsArguments& arguments) {
 void show(const EffectsArguments& arguments) {
     const std::vector<physics::EffectPointer> effects = chosen(arguments);
     if (!arguments.json.empty())
-        present::write_json(arguments.json, effects_json(effects));
+        present::write_json(arguments.json, core::json_of(EffectsFile{effects}));
     if (arguments.is_markdown)
         fmt::print("{}", effects_markdown(effects));
     if (!arguments.json.empty() || arguments.is_markdown)
@@ -171,6 +175,10 @@ void show(const EffectsArguments& arguments) {
 }
 
 } // namespace
+
+nlohmann::json effects_schema() {
+    return core::schema_of<EffectsFile>();
+}
 
 void add_effects_command(CLI::App& app) {
     CLI::App* command = app.add_subcommand(

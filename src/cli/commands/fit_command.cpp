@@ -19,7 +19,6 @@ namespace culm::cli {
 namespace {
 
 namespace fs = std::filesystem;
-using nlohmann::json;
 
 struct FitArguments : RecordingArguments {
     std::string phase = "fixed";
@@ -83,8 +82,7 @@ void fit(const FitArguments& arguments, core::ExitCode& exit_code) {
     const reduce::PopulationSummary population = reduce::summarise_population(report.stems);
     if (report.stems.size() > 1)
         report.population = population;
-    json document = present::fit_json(report);
-    document["provenance"] = provenance.document();
+    const nlohmann::json document = present::fit_json(report, provenance.document());
     write_results(arguments, measurements, "fit.json", document);
     if (!arguments.output.empty())
         write_folder(arguments, report, measurements);

@@ -30,7 +30,7 @@ void hand_out(const ReduceArguments& arguments, const Summary& summary, const st
     if (!arguments.keep)
         present::write_summary(study::StudyFolder(arguments.folder), summary);
     if (!arguments.json.empty())
-        present::write_json(arguments.json, present::to_json(summary));
+        present::write_json(arguments.json, present::summary_json(summary));
     if (arguments.json != "-") {
         fmt::print("{}", table);
         if (!arguments.keep)

@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "measure/track/track_report.hpp"
 
+#include "core/describe.hpp"
 #include "core/user_files.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "measure/track/track.hpp"
 
 #include <algorithm>
 #include <array>
+#include <cmath>
+#include <optional>
+#include <ranges>
+#include <string>
+#include <vector>
 
 #include <fmt/core.h>
 #include <nlohmann/json.hpp>
@@ -22,22 +28,11 @@ const char* band_name(const StemSurvey& survey) {
     return survey.bands == 1 ? "grey" : channel_name(survey.view.band);
 }
 
-/// Positions of the clamp and the axis in the terms of video.toml.
-nlohmann::ordered_json places_json(const Track& track) {
+/// The clamp and the axis in the terms of video.toml.
+PixelPoint place_in_frame(const Track& track) {
     const StemSurvey& survey = track.survey;
-    const PixelPoint point = in_frame({survey.trace.axis_column, survey.clamp_row},
-                                      survey.frame_width, survey.frame_height, survey.view.up);
-    nlohmann::ordered_json json;
-    const bool sideways = is_sideways(survey.view.up);
-    json["up"] = up_name(survey.view.up);
-    json[sideways ? "clamp_column" : "clamp_row"] = sideways ? point.column : point.row;
-    json[sideways ? "axis_row" : "axis_column"] = sideways ? point.row : point.column;
-    json["clamp_detected"] = !track.settings.clamp;
-    json["up_detected"] = !track.settings.up;
-    json["pull_side"] = positive_side(track);
-    json["best_channel"] = band_name(survey);
-    json["stem"] = survey.view.sign > 0 ? "bright" : "dark";
-    return json;
+    return in_frame({survey.trace.axis_column, survey.clamp_row}, survey.frame_width,
+                    survey.frame_height, survey.view.up);
 }
 
 /// Number of the frame, with a fraction, at which the stem was let go.
@@ -69,7 +64,7 @@ std::string assumed_text(const Track& track) {
         add(fmt::format("the tip is toward {}", up_name(survey.view.up)), "up");
     if (!settings.clamp)
         add(fmt::format("the stem is clamped at {} {:.1f}", sideways ? "column" : "row",
-                        places_json(track)[sideways ? "clamp_column" : "clamp_row"].get<double>()),
+                        sideways ? place_in_frame(track).column : place_in_frame(track).row),
             sideways ? "clamp_column" : "clamp_row");
     if (!settings.stem_sign)
         add(fmt::format("the stem is {} than its background",
@@ -84,6 +79,101 @@ std::string assumed_text(const Track& track) {
     if (!settings.release_frame)
         add(fmt::format("it was let go at frame {:.2f}", release_frame(track)), "release_frame");
     return text;
+}
+
+/// Clamp and axis in the terms of video.toml.
+template <class To>
+void describe_place(To& to, const Track& track) {
+    const auto is_on_its_side = [&] { return is_sideways(track.survey.view.up); };
+    const auto point = [&] { return place_in_frame(track); };
+    to("up", [&] { return up_name(track.survey.view.up); });
+    to.when(is_on_its_side, [&] {
+        to("clamp_column", [&] { return point().column; });
+        to("axis_row", [&] { return point().row; });
+    });
+    to.when([&] { return !is_on_its_side(); },
+            [&] {
+                to("clamp_row", [&] { return point().row; });
+                to("axis_column", [&] { return point().column; });
+            });
+    to("clamp_detected", [&] { return !track.settings.clamp; });
+    to("up_detected", [&] { return !track.settings.up; });
+    to("pull_side", [&] { return positive_side(track); });
+    to("best_channel", [&] { return band_name(track.survey); });
+    to("stem", [&] { return track.survey.view.sign > 0 ? "bright" : "dark"; });
+}
+
+template <class To>
+void describe_window(To& to, const Track& track) {
+    const RingDownWindow& window = track.window;
+    const double scale = track.settings.metres_per_pixel;
+    to.object("release", [&] {
+        to("last_held_frame", [&] { return track.rows.numbers[window.last_held]; });
+        to("frame", [&] { return release_frame(track); });
+        to("held_frames", window.held_frames);
+        to("pull_mm", [&] { return window.pull() * scale; });
+        to("pull_at_height_mm", [&] { return track.measurement.heights[window.watched]; });
+    });
+    to("swing_hz", [&] { return window.cycles_per_frame() * track.frames_per_second; });
+    to("modulus_of_bare_beam_pa", [&] { return modulus_of_swing(track); });
+    to.object("rest", [&] {
+        to("from", [&] { return window.is_rest_seen ? "frames at rest" : "decaying swing"; });
+        to("first_frame", [&] {
+            return window.rest_begin ? std::optional(track.rows.numbers[*window.rest_begin])
+                                     : std::nullopt;
+        });
+    });
+    to("kept_frames", [&] {
+        return std::vector{track.rows.numbers[track.first_kept],
+                           track.rows.numbers[track.last_kept]};
+    });
+    to("noise_source", window.noise_source);
+    to("noise_correlation", window.noise_correlation);
+    const auto noise_at = [&](const std::vector<double>& noise, std::size_t h) {
+        return h < noise.size() ? noise[h] * scale : std::nan("");
+    };
+    const auto heights = [&] {
+        return std::views::iota(std::size_t{0}, track.heights.places.size());
+    };
+    to.list("heights", heights, [&](std::size_t h) {
+        to("height_mm", [&] { return track.measurement.heights[h]; });
+        to("rest_px", [&] { return window.rest[h]; });
+        to("noise_mm", [&] { return noise_at(window.noise, h); });
+        to("moving_noise_mm", [&] { return noise_at(window.moving_noise, h); });
+        to(
+            "seen", [&] { return track.heights.seen(h); }, "share of the frames");
+    });
+}
+
+/// track.json.
+struct TrackFile {
+    core::Viewed<Track> track;
+};
+template <class To>
+void describe(To& to, const TrackFile& of) {
+    const Track& track = *of.track;
+    const StemSurvey& survey = track.survey;
+    to("stem", track.measurement.stem.id);
+    to("source", track.settings.frames);
+    to("fps", track.frames_per_second);
+    to("fps_source", track.rate_source);
+    to("mm_per_px", [&] { return 1e3 * track.settings.metres_per_pixel; });
+    to("frame_size_px", [&] { return std::vector{survey.frame_width, survey.frame_height}; });
+    to("frames_tracked", [&] { return track.rows.numbers.size(); });
+    to.object("view", [&] { describe_place(to, track); });
+    to.object("contrast", [&] {
+        to("stem", survey.contrast);
+        to("noise", survey.noise);
+        to("threshold_at_clamp", [&] {
+            return survey.trace.threshold_by_row.at(
+                static_cast<std::size_t>(survey.trace.bottom_row - 1));
+        });
+        to("threshold", [&] { return track.settings.threshold ? "given" : "automatic"; });
+    });
+    to("apparent_width_px", survey.apparent_width);
+    describe_window(to, track);
+    to("seen", [&] { return seen_fraction(track.measurement); });
+    to("remarks", track.remarks);
 }
 
 } // namespace
@@ -103,54 +193,12 @@ const char* positive_side(const Track& track) {
     return sign > 0 ? "right" : "left";
 }
 
-nlohmann::ordered_json to_json(const Track& track) {
-    const StemSurvey& survey = track.survey;
-    const RingDownWindow& window = track.window;
-    const double scale_mm = track.settings.metres_per_pixel * 1e3;
-    nlohmann::ordered_json json;
-    json["stem"] = track.measurement.stem.id;
-    json["source"] = track.settings.frames;
-    json["fps"] = track.frames_per_second;
-    json["fps_source"] = track.rate_source;
-    json["mm_per_px"] = scale_mm;
-    json["frame_size_px"] = {survey.frame_width, survey.frame_height};
-    json["frames_tracked"] = track.rows.numbers.size();
-    json["view"] = places_json(track);
-    json["contrast"] = {{"stem", survey.contrast},
-                        {"noise", survey.noise},
-                        {"threshold_at_clamp", survey.trace.threshold_by_row.at(
-                                                   std::size_t(survey.trace.bottom_row - 1))},
-                        {"threshold", track.settings.threshold ? "given" : "automatic"}};
-    json["apparent_width_px"] = survey.apparent_width;
-    json["release"] = {{"last_held_frame", track.rows.numbers[window.last_held]},
-                       {"frame", release_frame(track)},
-                       {"held_frames", window.held_frames},
-                       {"pull_mm", window.pull() * scale_mm},
-                       {"pull_at_height_mm", track.measurement.heights[window.watched] * 1e3}};
-    json["swing_hz"] = window.cycles_per_frame() * track.frames_per_second;
-    json["modulus_of_bare_beam_pa"] = modulus_of_swing(track);
-    json["rest"] = {{"from", window.is_rest_seen ? "frames at rest" : "decaying swing"},
-                    {"first_frame", window.rest_begin ? nlohmann::ordered_json(
-                                                            track.rows.numbers[*window.rest_begin])
-                                                      : nlohmann::ordered_json(nullptr)}};
-    json["kept_frames"] = {track.rows.numbers[track.first_kept],
-                           track.rows.numbers[track.last_kept]};
-    json["noise_source"] = window.noise_source;
-    json["noise_correlation"] = window.noise_correlation
-                                    ? nlohmann::ordered_json(*window.noise_correlation)
-                                    : nlohmann::ordered_json(nullptr);
-    json["heights"] = nlohmann::ordered_json::array();
-    for (std::size_t h = 0; h < track.heights.places.size(); ++h)
-        json["heights"].push_back(
-            {{"height_mm", track.measurement.heights[h] * 1e3},
-             {"rest_px", window.rest[h]},
-             {"noise_mm", h < window.noise.size() ? window.noise[h] * scale_mm : std::nan("")},
-             {"moving_noise_mm",
-              h < window.moving_noise.size() ? window.moving_noise[h] * scale_mm : std::nan("")},
-             {"seen", track.heights.seen(h)}});
-    json["seen"] = seen_fraction(track.measurement);
-    json["remarks"] = track.remarks;
-    return json;
+nlohmann::json track_json(const Track& track) {
+    return core::json_of(TrackFile{track});
+}
+
+nlohmann::json track_schema() {
+    return core::schema_of<TrackFile>();
 }
 
 std::string summary_text(const Track& track) {
@@ -196,7 +244,7 @@ std::string summary_text(const Track& track) {
 
 void write_track(const std::filesystem::path& folder, const Track& track, bool with_video) {
     write_measurement(folder, track.measurement);
-    core::write_text(folder / "track.json", to_json(track).dump(2) + '\n');
+    core::write_text(folder / "track.json", track_json(track).dump(2) + '\n');
     write_contact_sheet(folder / "contact_sheet.png", track);
     if (with_video)
         write_overlay_video(folder / "overlay.avi", track);

@@ -18,7 +18,8 @@ namespace culm::measure {
 [[nodiscard]] const char* channel_name(Band band);
 
 /// The content of track.json (docs/tracking.md).
-[[nodiscard]] nlohmann::ordered_json to_json(const Track& track);
+[[nodiscard]] nlohmann::json track_json(const Track& track);
+[[nodiscard]] nlohmann::json track_schema();
 
 /// A few lines for the screen: what was tracked, release, rest, noise, and all remarks.
 [[nodiscard]] std::string summary_text(const Track& track);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "present/files.hpp"
+#include "core/describe.hpp"
 #include "present/study/study.hpp"
 #include "present/text.hpp"
 #include "study/execute/folder_state.hpp"
@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
+#include <map>
 #include <ranges>
 #include <string>
 #include <vector>
@@ -134,58 +135,117 @@ std::string damage_text(const study::JournalState& journal) {
                        scan.corrupt_records);
 }
 
-using nlohmann::ordered_json;
-
-ordered_json column_json(const archive::Column& column) {
-    return {{"name", column.name}, {"unit", column.unit}};
+std::map<std::string, std::string> by_name(const archive::Texts& entries) {
+    return {entries.begin(), entries.end()};
 }
 
-ordered_json damaged_json(const archive::DamagedDataset& dataset) {
-    return {{"dataset", dataset.name},
-            {"damaged_chunks", dataset.damaged_chunks},
-            {"chunks", dataset.chunks},
-            {"reason", dataset.reason}};
+/// study.h5; without a description it cannot be opened.
+template <class To>
+void describe_archive(To& to, const FolderState& state) {
+    const archive::StudyDescription study = state.archive.value_or(archive::StudyDescription());
+    const archive::Verification found = state.verification.value_or(archive::Verification());
+    const auto columns = [&](const char* key, const std::vector<archive::Column>& all) {
+        to.list(key, all, [&](const archive::Column& column) {
+            to("name", column.name);
+            to("unit", column.unit);
+        });
+    };
+    to("bytes", state.archive_bytes);
+    to.when([&] { return state.archive.has_value(); },
+            [&] {
+                to("culm", study.version, "the program that wrote it");
+                columns("factors", study.factors);
+                columns("results", study.results);
+                to.object("stored", [&] {
+                    to("tip", study.stored.tip);
+                    to("heights", study.stored.heights);
+                    to("positions", study.stored.positions);
+                });
+                to("samples", [&] { return study.times.size(); });
+                to("heights_m", study.heights);
+                to("spheres", study.spheres);
+                to("provenance", [&] { return by_name(study.provenance); });
+            });
+    to.when([&] { return state.verification.has_value(); },
+            [&] {
+                to("datasets", found.datasets);
+                to("chunks", found.chunks);
+                to.list("damaged", found.damaged, [&](const archive::DamagedDataset& dataset) {
+                    to("dataset", dataset.name);
+                    to("damaged_chunks", dataset.damaged_chunks);
+                    to("chunks", dataset.chunks);
+                    to("reason", dataset.reason);
+                });
+            });
 }
 
-ordered_json pairs_json(const archive::Texts& entries) {
-    return ordered_json::object_t(entries.begin(), entries.end());
-}
-
-ordered_json archive_json(const FolderState& state) {
-    ordered_json json = {{"bytes", state.archive_bytes}};
-    if (state.archive) {
-        const archive::StudyDescription& description = *state.archive;
-        json["culm"] = description.version;
-        json["factors"] = array_of<ordered_json>(description.factors, column_json);
-        json["results"] = array_of<ordered_json>(description.results, column_json);
-        json["stored"] = {{"tip", description.stored.tip},
-                          {"heights", description.stored.heights},
-                          {"positions", description.stored.positions}};
-        json["samples"] = description.times.size();
-        json["heights_m"] = description.heights;
-        json["spheres"] = description.spheres;
-        json["provenance"] = pairs_json(description.provenance);
-    }
-    if (state.verification) {
-        json["datasets"] = state.verification->datasets;
-        json["chunks"] = state.verification->chunks;
-        json["damaged"] = array_of<ordered_json>(state.verification->damaged, damaged_json);
-    }
-    return json;
-}
-
-ordered_json journal_json(const study::JournalState& journal) {
+template <class To>
+void describe_journal(To& to, const study::JournalState& journal) {
     const archive::JournalScan& scan = journal.scan;
-    return {{"file", scan.file},
-            {"bytes", scan.size},
-            {"outcomes", scan.entries.size()},
-            {"is_written_now", journal.is_locked},
-            {"is_waiting", journal.is_waiting},
-            {"age_s", journal.age_s},
-            {"torn_tail_bytes", scan.torn_tail_bytes},
-            {"skipped_bytes", scan.skipped_bytes},
-            {"damaged_regions", scan.damaged_regions},
-            {"corrupt_records", scan.corrupt_records}};
+    to("file", scan.file);
+    to("bytes", scan.size);
+    to("outcomes", [&] { return scan.entries.size(); });
+    to("is_written_now", journal.is_locked);
+    to("is_waiting", journal.is_waiting, "its rank computes nothing");
+    to("age_s", journal.age_s);
+    to("torn_tail_bytes", scan.torn_tail_bytes);
+    to("skipped_bytes", scan.skipped_bytes);
+    to("damaged_regions", scan.damaged_regions);
+    to("corrupt_records", scan.corrupt_records);
+}
+
+template <class To>
+void describe_points(To& to, const FolderState& state) {
+    const auto has_points = [&] { return state.points.has_value(); };
+    to.maybe(
+        "points", has_points,
+        [&] {
+            const study::PointCounts counts = has_points() ? state.counts() : study::PointCounts();
+            to("total", counts.total);
+            to("completed", counts.completed);
+            to("failed", counts.failed);
+            to("missing", counts.missing);
+        },
+        "null: their number is unknown");
+    to.when(has_points, [&] {
+        to("missing_points", [&] { return points_with(state, PointStatus::Missing); });
+        to("failed_points", [&] { return points_with(state, PointStatus::Failed); });
+    });
+}
+
+/// What `culm archive` writes with --json.
+struct FolderFile {
+    core::Viewed<FolderState> state;
+};
+template <class To>
+void describe(To& to, const FolderFile& of) {
+    const FolderState& state = *of.state;
+    const study::StudyNote note = state.note.value_or(study::StudyNote());
+    describe_points(to, state);
+    to("is_running", [&] { return state.is_running(); });
+    to.maybe(
+        "archive", [&] { return state.archive_bytes > 0 || state.archive; },
+        [&] { describe_archive(to, state); });
+    to.list("journals", state.journals,
+            [&](const study::JournalState& journal) { describe_journal(to, journal); });
+    to("repeated_outcomes", state.repeated_outcomes);
+    to.list("unfinished_starts", state.unfinished_starts, [&](const auto& start) {
+        to("point", std::get<0>(start));
+        to("times", std::get<1>(start));
+    });
+    to.when([&] { return state.note.has_value(); },
+            [&] {
+                to.object("run", [&] {
+                    to("name", note.name);
+                    to("start", note.start);
+                    to("ranks", note.ranks);
+                    to("config_file", note.config_file);
+                    to("provenance", [&] { return by_name(note.provenance); });
+                });
+            });
+    to("problems", state.problems);
+    to.when([&] { return state.verification || !state.archive; },
+            [&] { to("is_whole", [&] { return state.is_whole(); }); });
 }
 
 } // namespace
@@ -284,36 +344,12 @@ std::string verify_text(const FolderState& state) {
            fmt::format("{}\n", state.is_whole() ? "whole" : "INCOMPLETE");
 }
 
-ordered_json to_json(const FolderState& state) {
-    ordered_json json;
-    if (state.points) {
-        const study::PointCounts counts = state.counts();
-        json["points"] = {{"total", counts.total},
-                          {"completed", counts.completed},
-                          {"failed", counts.failed},
-                          {"missing", counts.missing}};
-        json["missing_points"] = points_with(state, archive::PointStatus::Missing);
-        json["failed_points"] = points_with(state, archive::PointStatus::Failed);
-    } else {
-        json["points"] = nullptr;
-    }
-    json["is_running"] = state.is_running();
-    json["archive"] = state.archive_bytes > 0 || state.archive ? archive_json(state) : nullptr;
-    json["journals"] = array_of<ordered_json>(state.journals, journal_json);
-    json["repeated_outcomes"] = state.repeated_outcomes;
-    json["unfinished_starts"] = ordered_json::array();
-    for (const auto& [point, times] : state.unfinished_starts)
-        json["unfinished_starts"].push_back({{"point", point}, {"times", times}});
-    if (state.note)
-        json["run"] = {{"name", state.note->name},
-                       {"start", state.note->start},
-                       {"ranks", state.note->ranks},
-                       {"config_file", state.note->config_file},
-                       {"provenance", pairs_json(state.note->provenance)}};
-    json["problems"] = state.problems;
-    if (state.verification || !state.archive)
-        json["is_whole"] = state.is_whole();
-    return json;
+nlohmann::json folder_json(const FolderState& state) {
+    return core::json_of(FolderFile{state});
+}
+
+nlohmann::json folder_schema() {
+    return core::schema_of<FolderFile>();
 }
 
 } // namespace culm::present

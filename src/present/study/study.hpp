@@ -14,9 +14,10 @@
 
 namespace culm::present {
 
-/// docs/summary-format.md.
-[[nodiscard]] nlohmann::json to_json(const study::StudySummary& summary);
-[[nodiscard]] nlohmann::json to_json(const study::TimestepSummary& summary);
+/// summary.json; docs/summary-format.md.
+[[nodiscard]] nlohmann::json summary_json(const study::StudySummary& summary);
+[[nodiscard]] nlohmann::json summary_json(const study::TimestepSummary& summary);
+[[nodiscard]] nlohmann::json summary_schema();
 
 /// Writes summary.json and fits.csv (one line per point) into the folder.
 void write_summary(const study::StudyFolder& folder, const study::StudySummary& summary);
@@ -49,6 +50,7 @@ void write_summary(const study::StudyFolder& folder, const study::TimestepSummar
 [[nodiscard]] std::string verify_text(const study::FolderState& state);
 
 /// The JSON of all three commands (docs/archive-format.md).
-[[nodiscard]] nlohmann::ordered_json to_json(const study::FolderState& state);
+[[nodiscard]] nlohmann::json folder_json(const study::FolderState& state);
+[[nodiscard]] nlohmann::json folder_schema();
 
 } // namespace culm::present

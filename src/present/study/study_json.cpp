@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "core/describe.hpp"
 #include "core/user_files.hpp"
-#include "present/files.hpp"
 #include "present/study/study.hpp"
 
 #include <algorithm>
@@ -8,6 +8,9 @@
 #include <cstdint>
 #include <fstream>
 #include <functional>
+#include <map>
+#include <ranges>
+#include <string>
 #include <vector>
 
 #include <fmt/format.h>
@@ -16,182 +19,201 @@
 namespace culm::present {
 namespace {
 
-using nlohmann::json;
 using study::StepOutcome;
 using study::StepResult;
 using study::StudyFolder;
+using study::StudySummary;
 using study::TimestepStem;
 using study::TimestepSummary;
 
-json histogram(const reduce::ResidualSummary& residuals) {
-    return {{"edges", residuals.histogram.edges}, {"counts", residuals.histogram.counts}};
-}
-
-json term_json(const reduce::Coefficient& coefficient) {
-    return {{"term", coefficient.name},
-            {"coefficient", number(coefficient.value)},
-            {"standard_error", number(coefficient.standard_error)},
-            {"interval", bounds_json(coefficient)},
-            {"p_value", number(coefficient.p_value)}};
-}
-
-json to_json(const reduce::RegressionOutcome& outcome, const char* predictor, const char* unit) {
-    if (!outcome.regression)
-        return {{"reason", outcome.reason}};
-    const reduce::ResponseRegression& response = *outcome.regression;
-    json out{
-        {"predictor", predictor},
-        {"unit", unit},
-        {"points", response.points},
-        {"intercept", number(response.single.intercept.value)},
-        {"slope", number(response.single.slope.value)},
-        {"interval",
-         {{"intercept", bounds_json(response.single.intercept)},
-          {"slope", bounds_json(response.single.slope)}}},
-        {"adjusted_r2", number(response.single.regression.adjusted_r_squared)},
-        {"residuals_percent", histogram(response.single.residuals)},
+/// A law of the paper, or the reason why the points do not determine it.
+template <class To>
+void describe_law(To& to, const reduce::RegressionOutcome& outcome, const char* predictor,
+                  const char* unit) {
+    const reduce::ResponseRegression law =
+        outcome.regression.value_or(reduce::ResponseRegression());
+    const reduce::ReducedModel reduced = law.reduced.value_or(reduce::ReducedModel());
+    const auto bounds = [&](const char* key, const reduce::Estimate& of) {
+        to(key, reduce::Bounds{of.lower, of.upper});
     };
-    out["terms"] = json::array();
-    if (response.reduced) {
-        out["terms"] = array_of(response.reduced->model.regression.coefficients, term_json);
-        out["terms_adjusted_r2"] = number(response.reduced->model.regression.adjusted_r_squared);
-        out["adjusted_r2_full"] = number(response.reduced->model.full_adjusted_r_squared);
-        out["terms_residuals_percent"] = histogram(response.reduced->residuals);
-        const auto& test = response.reduced->single_predictor_against_full;
-        out["single_against_full"] = {{"f", number(test.f_statistic)},
-                                      {"p_value", number(test.p_value)}};
-    } else {
-        out["terms_reason"] = response.no_reduced_reason;
+    to.when([&] { return !outcome.regression; }, [&] { to("reason", outcome.reason); });
+    to.when([&] { return outcome.regression.has_value(); },
+            [&] {
+                to("predictor", std::string(predictor));
+                to("unit", std::string(unit));
+                to("points", law.points);
+                to("intercept", law.single.intercept.value);
+                to("slope", law.single.slope.value);
+                to.object("interval", [&] {
+                    bounds("intercept", law.single.intercept);
+                    bounds("slope", law.single.slope);
+                });
+                to("adjusted_r2", law.single.regression.adjusted_r_squared);
+                to("residuals_percent", law.single.residuals.histogram);
+                to("terms", reduced.model.regression.coefficients, "that the F-tests kept");
+                to.when([&] { return law.reduced.has_value(); },
+                        [&] {
+                            to("terms_adjusted_r2", reduced.model.regression.adjusted_r_squared);
+                            to("adjusted_r2_full", reduced.model.full_adjusted_r_squared);
+                            to("terms_residuals_percent", reduced.residuals.histogram);
+                            to("single_against_full", reduced.single_predictor_against_full);
+                        });
+                to.when([&] { return !law.reduced; },
+                        [&] { to("terms_reason", law.no_reduced_reason); });
+            });
+}
+
+struct PointSample {
+    reduce::SampleSummary sample;
+};
+template <class To>
+void describe(To& to, const PointSample& of) {
+    describe(to, of.sample);
+    to("points", of.sample.count);
+}
+
+template <class To>
+void describe_sensitivity(To& to, const reduce::Sensitivity& found, std::int64_t designed) {
+    to.when([&] { return !found.is_determined(); },
+            [&] {
+                to("reason", [&] {
+                    return fmt::format("polynomials of the factors predict nothing at points that "
+                                       "are left out of {}",
+                                       found.points);
+                });
+            });
+    to.when([&] { return found.is_determined(); },
+            [&] {
+                describe(to, found);
+                to("designed_points", designed);
+            });
+}
+
+/// Of b1 and b2, as far as `has` says that they have one.
+template <class To>
+void describe_responses(To& to, const study::ReplicateSummary& summary, const auto& has,
+                        const auto& members) {
+    for (const char* name : {"decay_per_cycle", "frequency"}) {
+        const auto found = [&] {
+            return std::ranges::find_if(summary.responses, [&](const auto& response) {
+                return response.name == name && has(response);
+            });
+        };
+        to.when([&] { return found() != summary.responses.end(); },
+                [&] {
+                    to.object(name, [&] {
+                        const bool exists = found() != summary.responses.end();
+                        members(exists ? *found() : study::ResponseSpread());
+                    });
+                });
     }
-    return out;
 }
 
-json to_json(const reduce::VarianceComponents& c) {
-    json out{{"stems", c.stems},
-             {"tests", c.tests},
-             {"between",
-              {{"variance", number(c.between)},
-               {"interval", bounds_json(c.between_interval)},
-               {"degrees_of_freedom", c.between_degrees_of_freedom}}},
-             {"within",
-              {{"variance", number(c.within)},
-               {"interval", bounds_json(c.within_interval)},
-               {"degrees_of_freedom", c.within_degrees_of_freedom}}},
-             {"intraclass_correlation",
-              {{"value", number(c.intraclass_correlation)},
-               {"interval", bounds_json(c.intraclass_interval)}}},
-             {"f", number(c.f_statistic)},
-             {"p_value", number(c.p_value)}};
-    if (!c.reason.empty())
-        out["reason"] = c.reason;
-    return out;
-}
-
-json to_json(const reduce::Share& share) {
-    return {{"value", number(share.value)}, {"interval", bounds_json(share.interval)}};
-}
-
-json to_json(const reduce::Sensitivity& sensitivity, std::int64_t designed) {
-    if (!sensitivity.is_determined())
-        return {
-            {"reason", fmt::format("polynomials of the factors predict nothing at points that are "
-                                   "left out of {}",
-                                   sensitivity.points)}};
-    const auto indices = [](const reduce::GroupSensitivity& group) -> json {
-        return {{"group", group.name},
-                {"first_order", to_json(group.first_order)},
-                {"total", to_json(group.total)}};
+template <class To>
+void describe_spread(To& to, const study::ReplicateSummary& summary, std::int64_t designed) {
+    using study::ResponseSpread;
+    const auto has_components = [](const ResponseSpread& of) { return of.components.has_value(); };
+    const auto has_sensitivity = [](const ResponseSpread& of) {
+        return of.sensitivity.has_value();
     };
-    return {{"points", sensitivity.points},
-            {"designed_points", designed},
-            {"degree", sensitivity.degree},
-            {"terms", sensitivity.terms},
-            {"predicted_share", number(sensitivity.predicted_share)},
-            {"mean", number(sensitivity.mean)},
-            {"standard_deviation", number(sensitivity.standard_deviation)},
-            {"interactions", number(sensitivity.interactions)},
-            {"indices", array_of(sensitivity.groups, indices)}};
-}
-
-void add_spread(json& out, const study::ReplicateSummary& summary, std::int64_t designed) {
-    json population = json::object();
-    json components = json::object();
-    json sensitivity = json::object();
-    for (const study::ResponseSpread& response : summary.responses) {
-        population[response.name] = sample_json(response.population);
-        population[response.name]["points"] = response.population.count;
-        if (response.components)
-            components[response.name] = to_json(*response.components);
-        if (response.sensitivity)
-            sensitivity[response.name] = to_json(*response.sensitivity, designed);
-    }
-    out["population"] = population;
-    if (!components.empty()) {
-        components["method"] = "one-way random effects, unweighted means";
-        out["variance_components"] = components;
-    }
-    if (!summary.no_sensitivity_reason.empty()) {
-        out["sensitivity"] = {{"reason", summary.no_sensitivity_reason}};
-        return;
-    }
-    sensitivity["method"] = "polynomial chaos, degree by leave-one-out error";
-    sensitivity["groups"] = array_of(summary.groups, [](const study::FactorGroup& group) -> json {
-        return {{"name", group.name}, {"factors", group.factors}};
+    to.object("population", [&] {
+        describe_responses(
+            to, summary, [](const ResponseSpread&) { return true; },
+            [&](const ResponseSpread& of) { describe(to, PointSample{of.population}); });
     });
-    out["sensitivity"] = sensitivity;
+    to.when([&] { return std::ranges::any_of(summary.responses, has_components); },
+            [&] {
+                to.object("variance_components", [&] {
+                    to.constant("method", "one-way random effects, unweighted means");
+                    describe_responses(to, summary, has_components, [&](const ResponseSpread& of) {
+                        describe(to, of.components.value_or(reduce::VarianceComponents()));
+                    });
+                });
+            });
+    to.object("sensitivity", [&] {
+        const std::string& reason = summary.no_sensitivity_reason;
+        to.when([&] { return !reason.empty(); }, [&] { to("reason", reason); });
+        to.when([&] { return reason.empty(); },
+                [&] {
+                    to.constant("method", "polynomial chaos, degree by leave-one-out error");
+                    describe_responses(to, summary, has_sensitivity, [&](const auto& of) {
+                        describe_sensitivity(to, of.sensitivity.value_or(reduce::Sensitivity()),
+                                             designed);
+                    });
+                    to.list("groups", summary.groups, [&](const study::FactorGroup& group) {
+                        to("name", group.name);
+                        to("factors", group.factors);
+                    });
+                });
+    });
 }
 
-/// Smallest, median and largest value of a function of a stem.
-json spread_json(const std::vector<TimestepStem>& stems,
-                 const std::function<double(const TimestepStem&)>& value) {
-    std::vector<double> values;
-    for (const TimestepStem& stem : stems)
-        if (const double x = value(stem); std::isfinite(x))
-            values.push_back(x);
-    if (values.empty())
-        return nullptr;
-    std::ranges::sort(values);
-    const std::size_t middle = values.size() / 2;
-    const double median =
-        values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
-    return {{"smallest", values.front()}, {"median", median}, {"largest", values.back()}};
+/// Smallest, median and largest value of a function of a stem; null without values.
+template <class To>
+void describe_range(To& to, const char* key, const std::vector<TimestepStem>& stems,
+                    const std::function<double(const TimestepStem&)>& value) {
+    const auto sorted = [&] {
+        std::vector<double> values;
+        for (const TimestepStem& stem : stems)
+            if (const double x = value(stem); std::isfinite(x))
+                values.push_back(x);
+        std::ranges::sort(values);
+        return values;
+    };
+    to.maybe(
+        key, [&] { return !sorted().empty(); },
+        [&] {
+            to("smallest", [&] { return sorted().front(); });
+            to("median", [&] { return reduce::quantile(sorted(), 0.5); });
+            to("largest", [&] { return sorted().back(); });
+        });
 }
 
-json limits_json(const TimestepSummary& summary) {
-    const auto& stems = summary.stems;
-    const auto axial = std::ranges::count_if(
-        stems, [](const TimestepStem& stem) { return stem.axial <= stem.transverse; });
-    return {{"axial", axial},
-            {"transverse", static_cast<std::int64_t>(stems.size()) - axial},
-            {"bisected_over_linearised",
-             spread_json(stems, [](const TimestepStem& s) { return s.limit() / s.linearised(); })},
-            {"rule_over_bisected",
-             spread_json(stems, [](const TimestepStem& s) { return s.rule / s.limit(); })}};
+template <class To>
+void describe_limits(To& to, const std::vector<TimestepStem>& stems) {
+    const auto axial = [&] {
+        return std::ranges::count_if(
+            stems, [](const TimestepStem& stem) { return stem.axial <= stem.transverse; });
+    };
+    to("axial", axial, "stems whose limit is that of axial waves");
+    to("transverse", [&] { return std::ssize(stems) - axial(); });
+    describe_range(to, "bisected_over_linearised", stems,
+                   [](const TimestepStem& s) { return s.limit() / s.linearised(); });
+    describe_range(to, "rule_over_bisected", stems,
+                   [](const TimestepStem& s) { return s.rule / s.limit(); });
 }
 
-json law_json(const reduce::TimestepLawOutcome& outcome, const char* form) {
-    if (!outcome.law)
-        return {{"form", form}, {"reason", outcome.reason}};
-    return {{"form", form},
-            {"points", outcome.law->residuals.size()},
-            {"coefficients", array_of(outcome.law->regression.coefficients, term_json)},
-            {"largest_residual", number(outcome.law->largest_residual)}};
+template <class To>
+void describe_limit_law(To& to, const char* key, const reduce::TimestepLawOutcome& outcome,
+                        const char* form) {
+    const reduce::TimestepLaw law = outcome.law.value_or(reduce::TimestepLaw());
+    to.object(key, [&] {
+        to("form", std::string(form));
+        to.when([&] { return !outcome.law; }, [&] { to("reason", outcome.reason); });
+        to.when([&] { return outcome.law.has_value(); },
+                [&] {
+                    to("points", [&] { return law.residuals.size(); });
+                    to("coefficients", law.regression.coefficients);
+                    to("largest_residual", law.largest_residual);
+                });
+    });
 }
 
 /// One fraction over all stems.
-json errors_at_json(const TimestepSummary& summary, std::size_t k) {
-    const auto of_step = [&](double StepResult::*member) {
-        return spread_json(summary.stems,
-                           [=](const TimestepStem& s) { return std::abs(s.steps[k].*member); });
+template <class To>
+void describe_errors_at(To& to, const TimestepSummary& summary, std::size_t k) {
+    const auto add = [&](const char* key, double StepResult::*member) {
+        describe_range(to, key, summary.stems,
+                       [=](const TimestepStem& s) { return std::abs(s.steps[k].*member); });
     };
-    return {{"fraction", summary.options.fractions[k]},
-            {"fitted", summary.count(k, StepOutcome::Fitted)},
-            {"unstable", summary.count(k, StepOutcome::Unstable)},
-            {"no_fit", summary.count(k, StepOutcome::NoFit)},
-            {"decay_error", of_step(&StepResult::decay_error)},
-            {"frequency_error", of_step(&StepResult::frequency_error)},
-            {"predicted_decay_error", of_step(&StepResult::predicted_decay_error)},
-            {"predicted_frequency_error", of_step(&StepResult::predicted_frequency_error)}};
+    to("fraction", [&] { return summary.options.fractions[k]; });
+    to("fitted", [&] { return summary.count(k, StepOutcome::Fitted); });
+    to("unstable", [&] { return summary.count(k, StepOutcome::Unstable); });
+    to("no_fit", [&] { return summary.count(k, StepOutcome::NoFit); });
+    add("decay_error", &StepResult::decay_error);
+    add("frequency_error", &StepResult::frequency_error);
+    add("predicted_decay_error", &StepResult::predicted_decay_error);
+    add("predicted_frequency_error", &StepResult::predicted_frequency_error);
 }
 
 std::string limits_csv(const TimestepSummary& summary) {
@@ -223,71 +245,111 @@ std::string step_errors_csv(const TimestepSummary& summary) {
 }
 
 /// The members that the summaries of all kinds of studies have.
-json run_json(const study::SummaryOfRun& run) {
-    const auto failed = [](const study::FailedPoint& point) -> json {
-        return {{"point", point.point}, {"kind", point.kind}, {"reason", point.reason}};
-    };
-    json out{{"points", run.points},
-             {"stem", run.stem},
-             {"failed", array_of(run.failed, failed)},
-             {"ranks", run.ranks},
-             {"wall_s", run.wall_s}};
-    if (!run.missing.empty())
-        out["missing"] = run.missing;
-    return out;
+template <class To>
+void describe_run(To& to, const study::SummaryOfRun& run) {
+    to("points", run.points, "of the design");
+    to("stem", run.stem, "of the first point, for a check by hand");
+    to.list("failed", run.failed, [&](const study::FailedPoint& failed) {
+        to("point", failed.point);
+        to("kind", failed.kind);
+        to("reason", failed.reason);
+    });
+    to("ranks", run.ranks);
+    to("wall_s", run.wall_s);
+    to.when([&] { return !run.missing.empty(); },
+            [&] { to("missing", run.missing, "points that were not computed"); });
+}
+
+/// summary.json of a study of vibrations.
+struct StudySummaryFile {
+    core::Viewed<StudySummary> summary;
+};
+template <class To>
+void describe(To& to, const StudySummaryFile& of) {
+    const StudySummary& summary = *of.summary;
+    describe_run(to, summary);
+    to("completed", summary.completed);
+    to.object("integrator", [&] {
+        to("method", summary.integrator, "with its tolerance or step");
+        to("work", [&] {
+            std::map<std::string, std::int64_t> work;
+            for (const auto& [name, sum] : summary.work)
+                work[name] = std::llround(sum);
+            return work;
+        });
+    });
+    to.object("fit", [&] {
+        to("window_s", summary.reduce.window, "null: the whole record");
+        to("amplitude", [&] { return summary.reduce.is_amplitude_free ? "free" : "fixed"; });
+        to("significance", summary.reduce.significance);
+    });
+    to.object("regression", [&] {
+        to.object("sqrt_youngs_modulus", [&] {
+            describe_law(to, summary.regression.sqrt_youngs_modulus, "frequency", "sqrt(Pa)");
+        });
+        to.object("bond_damping", [&] {
+            describe_law(to, summary.regression.bond_damping, "decay_per_cycle", "1");
+        });
+    });
+    to.when([&] { return summary.replicates.has_value(); },
+            [&] {
+                describe_spread(to, summary.replicates.value_or(study::ReplicateSummary()),
+                                summary.points);
+            });
+}
+
+/// summary.json of a time-step study.
+struct TimestepSummaryFile {
+    core::Viewed<TimestepSummary> summary;
+};
+template <class To>
+void describe(To& to, const TimestepSummaryFile& of) {
+    const TimestepSummary& summary = *of.summary;
+    const reduce::TimestepRegression& laws = summary.regression;
+    const std::vector<double>& fractions = summary.options.fractions;
+    describe_run(to, summary);
+    to.constant("kind", "timestep");
+    to("completed", [&] { return summary.stems.size(); });
+    to.object("limits", [&] { describe_limits(to, summary.stems); });
+    to.object("regression", [&] {
+        describe_limit_law(to, "damped_oscillator", laws.damped_oscillator,
+                           "(tau/dt)^2 = A + B beta (tau/dt)");
+        describe_limit_law(to, "rule_form", laws.rule_form, "dt = tau/(a + b beta)");
+        describe_limit_law(to, "power_law", laws.power_law, "ln dt = ln_c + p ln Y + q ln beta");
+    });
+    to.list(
+        "errors", [&] { return std::views::iota(std::size_t{0}, fractions.size()); },
+        [&](std::size_t k) { describe_errors_at(to, summary, k); });
+    to.when([&] { return !fractions.empty(); },
+            [&] {
+                to.object("implicit_against_converged", [&] {
+                    describe_range(to, "decay", summary.stems, [](const TimestepStem& s) {
+                        return std::abs(s.reference_decay / s.converged_decay - 1.0);
+                    });
+                    describe_range(to, "frequency", summary.stems, [](const TimestepStem& s) {
+                        return std::abs(s.reference_frequency / s.converged_frequency - 1.0);
+                    });
+                });
+            });
 }
 
 } // namespace
 
-nlohmann::json to_json(const study::StudySummary& summary) {
-    json work = json::object();
-    for (const auto& [name, sum] : summary.work)
-        work[name] = std::llround(sum);
-    json out = run_json(summary);
-    out.update(
-        {{"completed", summary.completed},
-         {"integrator", {{"method", summary.integrator}, {"work", work}}},
-         {"fit",
-          {{"window_s", summary.reduce.window ? json(*summary.reduce.window) : json(nullptr)},
-           {"amplitude", summary.reduce.is_amplitude_free ? "free" : "fixed"},
-           {"significance", summary.reduce.significance}}},
-         {"regression",
-          {{"sqrt_youngs_modulus",
-            to_json(summary.regression.sqrt_youngs_modulus, "frequency", "sqrt(Pa)")},
-           {"bond_damping", to_json(summary.regression.bond_damping, "decay_per_cycle", "1")}}}});
-    if (summary.replicates)
-        add_spread(out, *summary.replicates, static_cast<std::int64_t>(summary.points));
-    return out;
+nlohmann::json summary_json(const StudySummary& summary) {
+    return core::json_of(StudySummaryFile{summary});
 }
 
-nlohmann::json to_json(const TimestepSummary& summary) {
-    const auto& laws = summary.regression;
-    json out = run_json(summary);
-    out.update({{"kind", "timestep"},
-                {"completed", summary.stems.size()},
-                {"limits", limits_json(summary)},
-                {"regression",
-                 {{"damped_oscillator",
-                   law_json(laws.damped_oscillator, "(tau/dt)^2 = A + B beta (tau/dt)")},
-                  {"rule_form", law_json(laws.rule_form, "dt = tau/(a + b beta)")},
-                  {"power_law", law_json(laws.power_law, "ln dt = ln_c + p ln Y + q ln beta")}}},
-                {"errors", array_of_count(summary.options.fractions.size(), [&](std::size_t k) {
-                     return errors_at_json(summary, k);
-                 })}});
-    if (!summary.options.fractions.empty())
-        out["implicit_against_converged"] = {
-            {"decay", spread_json(summary.stems,
-                                  [](const TimestepStem& s) {
-                                      return std::abs(s.reference_decay / s.converged_decay - 1.0);
-                                  })},
-            {"frequency", spread_json(summary.stems, [](const TimestepStem& s) {
-                 return std::abs(s.reference_frequency / s.converged_frequency - 1.0);
-             })}};
-    return out;
+nlohmann::json summary_json(const TimestepSummary& summary) {
+    return core::json_of(TimestepSummaryFile{summary});
+}
+
+nlohmann::json summary_schema() {
+    return {
+        {"oneOf", {core::schema_of<StudySummaryFile>(), core::schema_of<TimestepSummaryFile>()}}};
 }
 
 void write_summary(const StudyFolder& folder, const study::StudySummary& summary) {
-    core::write_text(folder.path() / "summary.json", to_json(summary).dump(2) + '\n');
+    core::write_text(folder.path() / "summary.json", summary_json(summary).dump(2) + '\n');
     const std::filesystem::path path = folder.path() / "fits.csv";
     std::ofstream csv(path);
     fmt::print(csv, "point,bond_youngs_modulus_pa,bond_damping,decay_per_cycle,frequency_hz\n");
@@ -298,7 +360,7 @@ void write_summary(const StudyFolder& folder, const study::StudySummary& summary
 }
 
 void write_summary(const StudyFolder& folder, const TimestepSummary& summary) {
-    core::write_text(folder.path() / "summary.json", to_json(summary).dump(2) + '\n');
+    core::write_text(folder.path() / "summary.json", summary_json(summary).dump(2) + '\n');
     core::write_text(folder.path() / "limits.csv", limits_csv(summary));
     core::write_text(folder.path() / "step_errors.csv", step_errors_csv(summary));
 }
