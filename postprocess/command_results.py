@@ -56,7 +56,7 @@ class ComparisonError(Exception):
 
 
 class Comparison:
-    """`content` is the document (docs/schemas/comparison.schema.json), `rungs` are the models of
+    """`content` is the document (culm schema comparison), `rungs` are the models of
     its ladder that could be fitted (docs/compare.md)."""
 
     def __init__(self, path):
@@ -94,7 +94,7 @@ def family_name(named: dict) -> str:
 
 
 class Diagnosis:
-    """`content` is the document (docs/schemas/diagnosis.schema.json)."""
+    """`content` is the document (culm schema diagnosis)."""
 
     def __init__(self, path):
         path = Path(path)
@@ -122,7 +122,7 @@ class LaboratoryError(Exception):
 
 
 class Laboratory:
-    """`content` is the document (docs/schemas/laboratory.schema.json); `stems` are those that were
+    """`content` is the document (culm schema laboratory); `stems` are those that were
     diagnosed, `left_out` the others."""
 
     def __init__(self, folder: Path):

@@ -5,7 +5,7 @@
 //     void describe(To& to, const Tip& tip) {
 //         to("deflection_mm", tip.deflection, "at the release");
 //         to("adequate", [&] { return is_adequate(tip); });
-//         to.when([&] { return tip.has_offset; }, [&] { to("offset_mm", tip.offset); });
+//         to.when(tip.has_offset, [&] { to("offset_mm", tip.offset); });
 //         to.object("fit", [&] { to("rmse_mm", tip.rmse); });
 //         to.list("modes", tip.modes, [&](const Mode& mode) { to("b2_hz", mode.frequency); });
 //     }
@@ -37,7 +37,9 @@ namespace culm::core {
 class JsonWriter;
 
 template <class T>
-concept Described = requires(JsonWriter& to, const T& value) { describe(to, value); };
+concept Described = requires(JsonWriter& to, const T& value) {
+    describe(to, value);
+};
 
 template <class T>
 concept TextLike = std::convertible_to<T, std::string_view>;
@@ -148,10 +150,10 @@ class JsonWriter {
     void object(std::string_view key, const Members& members, std::string_view /*meaning*/ = {}) {
         member(key) = enclosed(members);
     }
-    template <std::invocable Condition, std::invocable Members>
-    void maybe(std::string_view key, const Condition& condition, const Members& members,
+    template <std::invocable Members>
+    void maybe(std::string_view key, bool exists, const Members& members,
                std::string_view /*meaning*/ = {}) {
-        member(key) = condition() ? enclosed(members) : nlohmann::json(nullptr);
+        member(key) = exists ? enclosed(members) : nlohmann::json(nullptr);
     }
     template <class List, class Members>
     void list(std::string_view key, const List& items, const Members& members,
@@ -174,9 +176,9 @@ class JsonWriter {
         for (const std::string& text : texts)
             all.push_back(nlohmann::json::parse(text));
     }
-    template <std::invocable Condition, std::invocable Members>
-    void when(const Condition& condition, const Members& members) {
-        if (condition())
+    template <std::invocable Members>
+    void when(bool exists, const Members& members) {
+        if (exists)
             members();
     }
     [[nodiscard]] nlohmann::json take() { return std::move(out_); }
@@ -262,8 +264,8 @@ class SchemaWriter {
     void object(std::string_view key, const Members& members, std::string_view meaning = {}) {
         add(key, enclosed(members), meaning);
     }
-    template <std::invocable Condition, std::invocable Members>
-    void maybe(std::string_view key, const Condition& /*condition*/, const Members& members,
+    template <std::invocable Members>
+    void maybe(std::string_view key, bool /*exists*/, const Members& members,
                std::string_view meaning = {}) {
         add(key, or_null(enclosed(members)), meaning);
     }
@@ -271,15 +273,15 @@ class SchemaWriter {
     void list(std::string_view key, const List& /*items*/, const Members& members,
               std::string_view meaning = {}) {
         const ElementOf<List> without_content{};
-        add(key,
-            {{"type", "array"}, {"items", enclosed([&] { members(without_content); })}}, meaning);
+        add(key, {{"type", "array"}, {"items", enclosed([&] { members(without_content); })}},
+            meaning);
     }
     template <class T>
     void encoded(std::string_view key, const std::vector<std::string>& /*texts*/) {
         add(key, schema_value<std::vector<T>>(), {});
     }
-    template <std::invocable Condition, std::invocable Members>
-    void when(const Condition& /*condition*/, const Members& members) {
+    template <std::invocable Members>
+    void when(bool /*exists*/, const Members& members) {
         ++here_.conditions;
         members();
         --here_.conditions;

@@ -29,7 +29,7 @@ void describe_families(To& to, const std::vector<diagnose::NamedFamily>& familie
         to("family", [&] { return physics::to_string(named.family); });
         to("members", named.members, "the likeliest first");
         to("by_family", named.is_open, "true: also laws that the library lacks are possible");
-        to.when([&] { return !named.rig.empty(); }, [&] { to("rig", named.rig); });
+        to.when(!named.rig.empty(), [&] { to("rig", named.rig); });
     });
 }
 
@@ -55,9 +55,8 @@ void describe_answer(To& to, const diagnose::Diagnosis& found) {
     };
     const auto listed = [&] {
         std::vector<diagnose::Explanation> explanations = found.posterior.explanations;
-        std::erase_if(explanations, [](const auto& each) {
-            return each.probability < least_listed;
-        });
+        std::erase_if(explanations,
+                      [](const auto& each) { return each.probability < least_listed; });
         return explanations;
     };
     describe_families_of(to, found);
@@ -65,17 +64,15 @@ void describe_answer(To& to, const diagnose::Diagnosis& found) {
         to("effects", [&] { return names(each.effects); });
         to("probability", each.probability);
     });
-    to.list("immaterial", found.posterior.immaterial,
-            [&](const diagnose::ImmaterialEffect& each) {
-                to("effect", [&] { return names({each.effect}).front(); });
-                to("over_noise", each.over_noise, "root mean square that it explains");
-            });
+    to.list("immaterial", found.posterior.immaterial, [&](const diagnose::ImmaterialEffect& each) {
+        to("effect", [&] { return names({each.effect}).front(); });
+        to("over_noise", each.over_noise, "root mean square that it explains");
+    });
     to.list("models", found.posterior.models, [&](const diagnose::ModelProbability& model) {
-        const auto has_failed = [&] { return !model.failure.empty(); };
+        const bool has_failed = !model.failure.empty();
         to("effects", [&] { return names(model.effects); });
-        to("log_evidence", [&] {
-            return has_failed() ? std::nullopt : std::optional(model.log_evidence);
-        });
+        to("log_evidence",
+           [&] { return has_failed ? std::nullopt : std::optional(model.log_evidence); });
         to("probability", model.probability);
         to.when(has_failed, [&] { to("failure", model.failure); });
     });

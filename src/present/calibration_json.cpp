@@ -152,18 +152,17 @@ void describe_check(To& to, const calibrate::Calibration& calibration) {
         calibration.check.value_or(calibrate::CalibrationCheck());
     const calibrate::PairedMean& decay = check.decay_per_cycle;
     const calibrate::PairedMean& frequency = check.frequency;
-    to.when([&] { return !calibration.check; }, [&] { to("failure", calibration.check_failure); });
-    to.when([&] { return calibration.check.has_value(); },
-            [&] {
-                to("measured_b1_per_cycle", decay.measured);
-                to("simulated_b1_per_cycle", decay.simulated);
-                to("b1_error_percent", [&] { return 100.0 * decay.relative_error(); });
-                to("b1_resolution_percent", [&] { return 100.0 * decay.resolution(); });
-                to("measured_b2_hz", frequency.measured);
-                to("simulated_b2_hz", frequency.simulated);
-                to("b2_error_percent", [&] { return 100.0 * frequency.relative_error(); });
-                to("b2_resolution_percent", [&] { return 100.0 * frequency.resolution(); });
-            });
+    to.when(!calibration.check, [&] { to("failure", calibration.check_failure); });
+    to.when(calibration.check.has_value(), [&] {
+        to("measured_b1_per_cycle", decay.measured);
+        to("simulated_b1_per_cycle", decay.simulated);
+        to("b1_error_percent", [&] { return 100.0 * decay.relative_error(); });
+        to("b1_resolution_percent", [&] { return 100.0 * decay.resolution(); });
+        to("measured_b2_hz", frequency.measured);
+        to("simulated_b2_hz", frequency.simulated);
+        to("b2_error_percent", [&] { return 100.0 * frequency.relative_error(); });
+        to("b2_resolution_percent", [&] { return 100.0 * frequency.resolution(); });
+    });
 }
 
 /// Y and β by a study's regressions, or why there are none.
@@ -176,19 +175,18 @@ void describe_study(To& to, const CalibratedStem& stem) {
             to("f_test_terms", prediction.by_reduced_model);
         });
     };
-    to.when([&] { return !stem.by_study; }, [&] { to("failure", stem.study_failure); });
-    to.when([&] { return stem.by_study.has_value(); },
-            [&] {
-                to("study", stem.study);
-                to("height_mm", found.height);
-                to("window_s", found.window);
-                to("b1_per_cycle", [&] { return read_decay(found); });
-                to("b2_hz", [&] { return read_frequency(found); });
-                laws("bond_youngs_modulus_pa", found.prediction.bond_youngs_modulus);
-                laws("bond_damping", found.prediction.bond_damping);
-                to("inside_design", found.prediction.is_inside_design);
-                to("warnings", found.warnings);
-            });
+    to.when(!stem.by_study, [&] { to("failure", stem.study_failure); });
+    to.when(stem.by_study.has_value(), [&] {
+        to("study", stem.study);
+        to("height_mm", found.height);
+        to("window_s", found.window);
+        to("b1_per_cycle", [&] { return read_decay(found); });
+        to("b2_hz", [&] { return read_frequency(found); });
+        laws("bond_youngs_modulus_pa", found.prediction.bond_youngs_modulus);
+        laws("bond_damping", found.prediction.bond_damping);
+        to("inside_design", found.prediction.is_inside_design);
+        to("warnings", found.warnings);
+    });
 }
 
 template <class To>
@@ -220,7 +218,7 @@ void describe_calibration(To& to, const calibrate::Calibration& of, const std::s
     to.object("fit", [&] { describe_quality(to, of, part); });
     to.object("chain", [&] { describe_chain(to, part.model, law); });
     to("remarks", part.model.remarks);
-    to.when([&] { return of.check || !of.check_failure.empty(); },
+    to.when(of.check || !of.check_failure.empty(),
             [&] { to.object("check", [&] { describe_check(to, of); }); });
 }
 
@@ -247,10 +245,9 @@ void describe(To& to, const CalibratedStem& stem) {
         stem.calibration ? *stem.calibration : no_calibration;
     to("measurement", stem.id);
     to("folder", stem.folder);
-    to.when([&] { return !stem.failure.empty(); }, [&] { to("failure", stem.failure); });
-    to.when([&] { return stem.failure.empty(); },
-            [&] { describe_calibration(to, calibration, stem.law); });
-    to.when([&] { return stem.by_study || !stem.study_failure.empty(); },
+    to.when(!stem.failure.empty(), [&] { to("failure", stem.failure); });
+    to.when(stem.failure.empty(), [&] { describe_calibration(to, calibration, stem.law); });
+    to.when(stem.by_study || !stem.study_failure.empty(),
             [&] { to.object("via", [&] { describe_study(to, stem); }); });
 }
 
@@ -265,17 +262,15 @@ void describe(To& to, const CalibrationDocument& document) {
         to("window_s", document.window);
     });
     describe_rig_effects(to, "shared_effects", document.shared_effects);
-    to.maybe(
-        "population", [&] { return document.population.has_value(); },
-        [&] {
-            to("stems", population.stems);
-            to("failed", population.failed);
-            to("something_missing", population.inadequate);
-            describe_range(to, "bond_youngs_modulus_pa", population.bond_youngs_modulus);
-            describe_range(to, "bond_damping", population.bond_damping);
-            describe_range(to, "b1_per_cycle", population.decay_per_cycle);
-            describe_range(to, "b2_hz", population.frequency);
-        });
+    to.maybe("population", document.population.has_value(), [&] {
+        to("stems", population.stems);
+        to("failed", population.failed);
+        to("something_missing", population.inadequate);
+        describe_range(to, "bond_youngs_modulus_pa", population.bond_youngs_modulus);
+        describe_range(to, "bond_damping", population.bond_damping);
+        describe_range(to, "b1_per_cycle", population.decay_per_cycle);
+        describe_range(to, "b2_hz", population.frequency);
+    });
     to.template encoded<CalibratedStem>("stems", document.stems);
     to("remarks", document.remarks);
     to("provenance", document.provenance);

@@ -28,8 +28,7 @@ template <class To>
 void describe_fitted_model(To& to, const LadderModel& model, std::size_t index) {
     static const diagnose::Comparison no_comparison;
     static const fit::RecordingFit no_part;
-    const diagnose::Comparison& comparison =
-        model.comparison ? *model.comparison : no_comparison;
+    const diagnose::Comparison& comparison = model.comparison ? *model.comparison : no_comparison;
     const fit::RecordingFit& part = model.fit.parts.empty() ? no_part : model.fit.parts.front();
     to("rmse_mm", part.rmse);
     to("rmse_over_noise", comparison.over_noise);
@@ -42,16 +41,16 @@ void describe_fitted_model(To& to, const LadderModel& model, std::size_t index) 
     to("sentences", [&] { return comparison_sentences(comparison); });
     to.object("where", [&] { describe_where(to, comparison, part); });
     to("remarks", part.model.remarks);
-    to("moves", [&] { return model.fit.moves(); }, "false: nothing in it moves the stem");
+    to(
+        "moves", [&] { return model.fit.moves(); }, "false: nothing in it moves the stem");
     to("log_evidence", model.log_evidence);
-    to.when([&] { return index > 0; },
-            [&] {
-                to("log_evidence_gain", model.log_evidence_gain);
-                to.object("change", [&] {
-                    to("bond_youngs_modulus", model.modulus_change);
-                    to("bond_damping", model.damping_change);
-                });
-            });
+    to.when(index > 0, [&] {
+        to("log_evidence_gain", model.log_evidence_gain);
+        to.object("change", [&] {
+            to("bond_youngs_modulus", model.modulus_change);
+            to("bond_damping", model.damping_change);
+        });
+    });
 }
 
 template <class To>
@@ -61,18 +60,15 @@ void describe_model(To& to, const diagnose::Ladder& ladder, std::size_t index) {
     to("model", [&] { return model.fit.names(); });
     to("added", model.added);
     to("runs", model.fit.batches);
-    to.when([&] { return index > 0; },
-            [&] {
-                to("compared_with", model.compared_with, "index of that model on the ladder");
-                to("gain", model.is_gain);
-                to("why", model.why);
-                to("step", [&] {
-                    return fmt::format("{}", fmt::join(step_sentences(ladder, index), " "));
-                });
-            });
-    to.when([&] { return model.fit.failed(); }, [&] { to("failure", model.fit.reason); });
-    to.when([&] { return !model.fit.failed(); },
-            [&] { describe_fitted_model(to, model, index); });
+    to.when(index > 0, [&] {
+        to("compared_with", model.compared_with, "index of that model on the ladder");
+        to("gain", model.is_gain);
+        to("why", model.why);
+        to("step",
+           [&] { return fmt::format("{}", fmt::join(step_sentences(ladder, index), " ")); });
+    });
+    to.when(model.fit.failed(), [&] { to("failure", model.fit.reason); });
+    to.when(!model.fit.failed(), [&] { describe_fitted_model(to, model, index); });
 }
 
 /// Of the last model that could be fitted.
@@ -85,12 +81,11 @@ void describe_noise(To& to, const diagnose::Ladder& ladder) {
                 found = &model.fit.parts.front();
         return found;
     };
-    to.when([&] { return last() != nullptr; },
-            [&] {
-                to("noise_mm", [&] { return fit::typical_noise(*last()); });
-                to("noise_source", [&] { return last()->noise_source; });
-                to("noise_known", [&] { return last()->is_noise_known; });
-            });
+    to.when(last() != nullptr, [&] {
+        to("noise_mm", [&] { return fit::typical_noise(*last()); });
+        to("noise_source", [&] { return last()->noise_source; });
+        to("noise_known", [&] { return last()->is_noise_known; });
+    });
 }
 
 } // namespace
@@ -108,8 +103,9 @@ void describe(To& to, const ComparisonDocument& document) {
     to("heights", [&] { return measurement.heights.size(); });
     to.list("ladder", rungs, [&](std::size_t index) { describe_model(to, ladder, index); });
     to("headline", [&] { return comparison_headline(ladder, measurement.stem.id); });
-    to("best", [&] { return best_model(ladder); },
-       "index of the last model that improves on the one that it is compared with");
+    to(
+        "best", [&] { return best_model(ladder); },
+        "index of the last model that improves on the one that it is compared with");
     to("remarks", measurement.remarks);
     to.object("options", [&] {
         to("law", document.options.law);

@@ -71,12 +71,12 @@ void describe_recording(To& to, const DiagnosisFile& file, std::size_t k) {
     to("folder", [&] { return file.context->folders[k]; });
     to("frames", [&] { return recording().times.size(); });
     to("heights", [&] { return recording().heights.size(); });
-    to.when([&] { return k < file.report->best_fit().parts.size(); },
-            [&] {
-                to("noise_mm", [&] { return fit::typical_noise(fit()); });
-                to("noise_source", [&] { return fit().noise_source; });
-                to("noise_known", [&] { return fit().is_noise_known; });
-            });
+    const bool is_fitted = file.report != nullptr && k < file.report->best_fit().parts.size();
+    to.when(is_fitted, [&] {
+        to("noise_mm", [&] { return fit::typical_noise(fit()); });
+        to("noise_source", [&] { return fit().noise_source; });
+        to("noise_known", [&] { return fit().is_noise_known; });
+    });
 }
 
 /// The residuals of one recording of a joint fit, as `culm compare` reports them.
@@ -102,8 +102,7 @@ template <class To>
 void describe_recordings(To& to, const DiagnosisFile& file) {
     const auto recordings = [&] { return file.recordings(); };
     to("measurement", [&] { return fmt::format("{}", fmt::join(file.ids(), "+")); });
-    to.list("recordings", recordings,
-            [&](std::size_t k) { describe_recording(to, file, k); });
+    to.list("recordings", recordings, [&](std::size_t k) { describe_recording(to, file, k); });
     to("noise_mm", [&] { return file.report->noise(); });
     to("remarks", [&] {
         std::vector<std::string> remarks;
@@ -111,13 +110,13 @@ void describe_recordings(To& to, const DiagnosisFile& file) {
             remarks.insert(remarks.end(), recording.remarks.begin(), recording.remarks.end());
         return remarks;
     });
-    to.object("where", [&] { describe_where_of(to, file, 0); }, "of the first recording");
-    to.when([&] { return file.report->recordings.size() > 1; },
-            [&] {
-                to("measurements", [&] { return file.ids(); });
-                to.list("where_by_recording", recordings,
-                        [&](std::size_t k) { describe_where_of(to, file, k); });
-            });
+    to.object(
+        "where", [&] { describe_where_of(to, file, 0); }, "of the first recording");
+    to.when(file.report != nullptr && file.report->recordings.size() > 1, [&] {
+        to("measurements", [&] { return file.ids(); });
+        to.list("where_by_recording", recordings,
+                [&](std::size_t k) { describe_where_of(to, file, k); });
+    });
 }
 
 template <class To>
@@ -141,8 +140,8 @@ void describe_models(To& to, const diagnose::Diagnosis& found) {
         to("p_value", model.verdict.p_value);
         to("tests", model.verdict.reason);
         to("parameters", [&] { return parameters_with_units(model.fit.parameters); });
-        to.when([&] { return &model != &found.ladder.front(); },
-                [&] { to("log_evidence", model.log_evidence); });
+        const bool is_first = found.ladder.empty() || &model == &found.ladder.front();
+        to.when(!is_first, [&] { to("log_evidence", model.log_evidence); });
     });
     const auto failed = [&] {
         std::vector<diagnose::ModelProbability> models = found.posterior.models;
@@ -153,51 +152,47 @@ void describe_models(To& to, const diagnose::Diagnosis& found) {
         to("effects", [&] { return effect_names(model.effects); });
         to("reason", model.failure);
     });
-    to.maybe("largest_unvisited", [&] { return found.largest_unvisited.has_value(); },
-             [&] {
-                 to("effects", [&] {
-                     return effect_names(diagnose::added_names(found.largest_unvisited->effects));
-                 });
-                 to("log_evidence", [&] { return found.largest_unvisited->log_evidence; });
-             });
+    to.maybe("largest_unvisited", found.largest_unvisited.has_value(), [&] {
+        to("effects",
+           [&] { return effect_names(diagnose::added_names(found.largest_unvisited->effects)); });
+        to("log_evidence", [&] { return found.largest_unvisited->log_evidence; });
+    });
 }
 
 template <class To>
 void describe_blind_spots(To& to, const std::vector<diagnose::DetectionLimit>& limits) {
     to.list("blind_spots", limits, [&](const diagnose::DetectionLimit& limit) {
         to("effect", limit.effect);
-        to.when([&] { return !limit.failure.empty(); }, [&] { to("failure", limit.failure); });
-        to.when([&] { return limit.failure.empty(); },
-                [&] {
-                    to.object("smallest_visible", [&] {
-                        to("parameter", limit.parameter);
-                        to("value", limit.value);
-                        to("unit", limit.unit);
-                    });
-                    to("beyond_bounds", limit.is_beyond_bounds);
-                    to("bias_if_present", [&] {
-                        return fmt::format(
-                            "at that size the calibrated Y would be off by {} and beta by {}",
-                            percent_text(limit.youngs_modulus_bias),
-                            percent_text(limit.damping_bias));
-                    });
-                    to.object("bias", [&] {
-                        to("bond_youngs_modulus", limit.youngs_modulus_bias);
-                        to("bond_damping", limit.damping_bias);
-                    });
-                });
+        to.when(!limit.failure.empty(), [&] { to("failure", limit.failure); });
+        to.when(limit.failure.empty(), [&] {
+            to.object("smallest_visible", [&] {
+                to("parameter", limit.parameter);
+                to("value", limit.value);
+                to("unit", limit.unit);
+            });
+            to("beyond_bounds", limit.is_beyond_bounds);
+            to("bias_if_present", [&] {
+                return fmt::format(
+                    "at that size the calibrated Y would be off by {} and beta by {}",
+                    percent_text(limit.youngs_modulus_bias), percent_text(limit.damping_bias));
+            });
+            to.object("bias", [&] {
+                to("bond_youngs_modulus", limit.youngs_modulus_bias);
+                to("bond_damping", limit.damping_bias);
+            });
+        });
     });
 }
 
 template <class To>
 void describe_missing_force(To& to, const diagnose::MissingForce& force) {
-    const auto is_moment = [&] { return force.kind == "bending_moment"; };
+    const bool is_moment = force.kind == "bending_moment";
     const auto samples = [&](const char* key, const std::vector<diagnose::ForceSample>& at) {
         to.list(key, at, [&](const diagnose::ForceSample& sample) {
             to("displacement_mm", sample.displacement);
             to("velocity_m_s", sample.velocity);
             to.when(is_moment, [&] { to("moment_n_m", sample.force); });
-            to.when([&] { return !is_moment(); }, [&] { to("force_n_per_m", sample.force); });
+            to.when(!is_moment, [&] { to("force_n_per_m", sample.force); });
         });
     };
     to("kind", force.kind, "force_per_length or bending_moment");
@@ -210,9 +205,8 @@ void describe_missing_force(To& to, const diagnose::MissingForce& force) {
         to("probability", term.probability);
     });
     to("explained", force.explained, "share of the misfit above the noise that it removes");
-    to("rmse_mm", [&] {
-        return force.fit.is_fitted() ? std::optional(force.fit.rmse) : std::nullopt;
-    });
+    to("rmse_mm",
+       [&] { return force.fit.is_fitted() ? std::optional(force.fit.rmse) : std::nullopt; });
     samples("against_displacement", force.against_displacement);
     samples("against_velocity", force.against_velocity);
     to("effect_file", force.as_effect_file, "TOML of an effect with this force");
@@ -225,8 +219,9 @@ void describe(To& to, const DiagnosisFile& file) {
     to.constant("format", "culm-diagnosis");
     to.constant("version", 2);
     describe_answer(to, found);
-    to("verdict", [&] { return diagnose::to_string(found.conclusion); },
-       "adequate, effect, tie or unknown");
+    to(
+        "verdict", [&] { return diagnose::to_string(found.conclusion); },
+        "adequate, effect, tie or unknown");
     to("sentences", [&] { return diagnosis_sentences(*file.report); });
     to("effects", found.effects, "of the likeliest explanation; empty if adequate");
     to("explained", found.explained, "share of the baseline's chi-squared above the noise");
@@ -240,7 +235,7 @@ void describe(To& to, const DiagnosisFile& file) {
         to("separates", [&] { return std::vector{each.first_model, each.second_model}; });
         to("expected_gap", each.expected_gap, "squared distance in standard deviations");
     });
-    to.maybe("missing_force", [&] { return found.missing_force.has_value(); },
+    to.maybe("missing_force", found.missing_force.has_value(),
              [&] { describe_missing_force(to, found.missing_force.value_or(no_force)); });
     to("runs", found.batches);
     describe_recordings(to, file);

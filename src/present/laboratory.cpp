@@ -151,25 +151,24 @@ template <class To>
 void describe_stem(To& to, const StemAnswer& stem) {
     to("specimen", stem.name);
     to("rig", stem.rig);
-    to.when([&] { return !stem.failure.empty(); }, [&] { to("failure", stem.failure); });
-    to.when([&] { return stem.failure.empty(); },
-            [&] {
-                to("before", stem.before, "of the published chain");
-                to("after", stem.after, "with the effects");
-                to("over_noise_before", stem.before.over_noise);
-                to("over_noise", stem.after.over_noise);
-                to("finding", [&] { return to_string(stem.finding); });
-                to("failed_tests", stem.tests);
-                to("own_effects", stem.own);
-                to.list("own_parameters", stem.own_values, [&](const fit::FittedParameter& each) {
-                    to("name", [&] { return to_string(each.id); });
-                    to("value", each.value);
-                    to("standard_error", each.standard_error);
-                });
-                to("youngs_modulus_distance", stem.youngs_modulus_distance,
-                   "from the median, in robust standard deviations");
-                to("damping_distance", stem.damping_distance);
-            });
+    to.when(!stem.failure.empty(), [&] { to("failure", stem.failure); });
+    to.when(stem.failure.empty(), [&] {
+        to("before", stem.before, "of the published chain");
+        to("after", stem.after, "with the effects");
+        to("over_noise_before", stem.before.over_noise);
+        to("over_noise", stem.after.over_noise);
+        to("finding", [&] { return to_string(stem.finding); });
+        to("failed_tests", stem.tests);
+        to("own_effects", stem.own);
+        to.list("own_parameters", stem.own_values, [&](const fit::FittedParameter& each) {
+            to("name", [&] { return to_string(each.id); });
+            to("value", each.value);
+            to("standard_error", each.standard_error);
+        });
+        to("youngs_modulus_distance", stem.youngs_modulus_distance,
+           "from the median, in robust standard deviations");
+        to("damping_distance", stem.damping_distance);
+    });
 }
 
 /// Effects of stems, which are not known.

@@ -32,27 +32,26 @@ void describe_height(To& to, const reduce::HeightRingDown& height, bool has_offs
                      bool has_phase) {
     const reduce::RingDownAnalysis fit = height.fit.value_or(reduce::RingDownAnalysis());
     to("height_mm", height.height);
-    to.when([&] { return !height.fit; }, [&] { to("failure", height.failure); });
-    to.when([&] { return height.fit.has_value(); },
-            [&] {
-                to("samples", fit.samples);
-                to("b0_mm", fit.amplitude);
-                to("b1_per_s", fit.decay_rate);
-                to("b1_per_cycle", fit.decay_per_cycle);
-                to("b1_per_cycle_stderr_if_independent", fit.independent_decay_error);
-                to("b2_hz", fit.frequency);
-                to.when([&] { return has_offset; }, [&] { to("offset_mm", fit.offset); });
-                to.when([&] { return has_phase; }, [&] { to("phase_rad", fit.phase); });
-                to("largest_deflection_mm", fit.largest_deflection);
-                to("rms_residual_mm", fit.rms_residual);
-                to("r_squared", fit.r_squared);
-                to("adequate", fit.adequacy.is_adequate);
-                to("reason", fit.adequacy.reason);
-                to("ljung_box_p_value", fit.adequacy.ljung_box_p_value);
-                to("runs_p_value", fit.adequacy.runs_p_value);
-                to("reduced_chi2", fit.adequacy.reduced_chi_squared);
-                to("chi2_p_value", fit.adequacy.chi_squared_p_value);
-            });
+    to.when(!height.fit, [&] { to("failure", height.failure); });
+    to.when(height.fit.has_value(), [&] {
+        to("samples", fit.samples);
+        to("b0_mm", fit.amplitude);
+        to("b1_per_s", fit.decay_rate);
+        to("b1_per_cycle", fit.decay_per_cycle);
+        to("b1_per_cycle_stderr_if_independent", fit.independent_decay_error);
+        to("b2_hz", fit.frequency);
+        to.when(has_offset, [&] { to("offset_mm", fit.offset); });
+        to.when(has_phase, [&] { to("phase_rad", fit.phase); });
+        to("largest_deflection_mm", fit.largest_deflection);
+        to("rms_residual_mm", fit.rms_residual);
+        to("r_squared", fit.r_squared);
+        to("adequate", fit.adequacy.is_adequate);
+        to("reason", fit.adequacy.reason);
+        to("ljung_box_p_value", fit.adequacy.ljung_box_p_value);
+        to("runs_p_value", fit.adequacy.runs_p_value);
+        to("reduced_chi2", fit.adequacy.reduced_chi_squared);
+        to("chi2_p_value", fit.adequacy.chi_squared_p_value);
+    });
 }
 
 /// Means over the heights.
@@ -66,7 +65,7 @@ void describe_means(To& to, const reduce::StemRingDowns& stem) {
     to("damping_ratio", [&] { return decay() / critical(); });
     to("natural_frequency_hz", [&] { return stem.frequency->value * critical(); });
     to.maybe(
-        "banding", [&] { return stem.banding && stem.banding->count > 0; },
+        "banding", stem.banding && stem.banding->count > 0,
         [&] {
             describe(to, stem.banding.value_or(reduce::LineFit()));
             to("p_value_adjusted", stem.banding_adjusted_p_value, "for the number of stems");
@@ -89,8 +88,7 @@ void describe_measured_stem(To& to, const FitReport& report, std::size_t i) {
         const bool has_offset = !report.has_offset.empty() && report.has_offset[i];
         describe_height(to, height, has_offset, report.options.has_phase);
     });
-    to.when([&] { return stem.frequency && stem.decay_per_cycle; },
-            [&] { describe_means(to, stem); });
+    to.when(stem.frequency && stem.decay_per_cycle, [&] { describe_means(to, stem); });
 }
 
 template <class To>
@@ -134,9 +132,9 @@ void describe(To& to, const FitFile& file) {
         to("window_s", report.options.window);
     });
     to.list("stems", stems, [&](std::size_t i) { describe_measured_stem(to, report, i); });
-    to.maybe(
-        "population", [&] { return report.population.has_value(); },
-        [&] { describe_population(to, report.population.value_or(reduce::PopulationSummary())); });
+    to.maybe("population", report.population.has_value(), [&] {
+        describe_population(to, report.population.value_or(reduce::PopulationSummary()));
+    });
     to("remarks", report.remarks);
     to("provenance", file.provenance);
 }

@@ -148,14 +148,14 @@ template <class To>
 void describe(To& to, const VarianceComponents& found) {
     to("stems", found.stems);
     to("tests", found.tests);
-    to("between", VarianceComponent{found.between, found.between_interval,
-                                    found.between_degrees_of_freedom});
+    to("between",
+       VarianceComponent{found.between, found.between_interval, found.between_degrees_of_freedom});
     to("within",
        VarianceComponent{found.within, found.within_interval, found.within_degrees_of_freedom});
     to("intraclass_correlation", Share{found.intraclass_correlation, found.intraclass_interval});
     to("f", found.f_statistic);
     to("p_value", found.p_value);
-    to.when([&] { return !found.reason.empty(); }, [&] { to("reason", found.reason); });
+    to.when(!found.reason.empty(), [&] { to("reason", found.reason); });
 }
 
 /// Analysis of variance with unweighted means of the stems (Thomas & Hultquist 1978); for equal

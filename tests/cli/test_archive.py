@@ -23,9 +23,9 @@ SOURCE = Path(__file__).resolve().parents[2]
 OLDER = SOURCE / "tests" / "data" / "older-formats"
 sys.path += [str(SOURCE / "tests" / "support"), str(SOURCE / "postprocess")]
 from culm_archive import Study  # noqa: E402
-from json_schema import schema_faults  # noqa: E402
+from json_schema import schema_faults, schema_of  # noqa: E402
 
-SCHEMA = json.loads((SOURCE / "docs/schemas/archive.schema.json").read_text(encoding="utf-8"))
+SCHEMA = schema_of("archive")
 HAS_H5PY = importlib.util.find_spec("h5py") is not None
 
 FULL = '[study]\nstore = "full"\nheights_mm = [60, 120]\n' + QUICK

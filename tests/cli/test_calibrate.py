@@ -16,11 +16,10 @@ from culm_program import BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, PROGRAM, QUIC
 
 TESTS = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(TESTS / "support"))
-from json_schema import schema_faults  # noqa: E402
+from json_schema import schema_faults, schema_of  # noqa: E402
 
 EXAMPLES = TESTS / "data" / "measurements"
-SCHEMA = json.loads(
-    (TESTS.parent / "docs" / "schemas" / "calibration.schema.json").read_text("utf-8"))
+SCHEMA = schema_of("calibration")
 TRUE_MODULUS = 2.4e9  # of T1-null
 # A chain of 20 spheres is quick; its Y is 0.3 % too high, its β that of 20 spheres.
 QUICKLY = ("--spheres", "20", "--window", "0.15")

@@ -20,9 +20,9 @@ from culm_program import BAD_INPUT, DONE, POINTS_FAILED, CulmTest
 TESTS = Path(__file__).resolve().parents[1]
 ROOT = TESTS.parent
 sys.path.insert(0, str(TESTS / "support"))
-from json_schema import schema_faults  # noqa: E402
+from json_schema import schema_faults, schema_of  # noqa: E402
 
-SCHEMA = json.loads((ROOT / "docs" / "schemas" / "comparison.schema.json").read_text("utf-8"))
+SCHEMA = schema_of("comparison")
 RECORDS = TESTS / "data"
 NULL, DRAG = RECORDS / "measurements" / "T1-null", RECORDS / "hidden-effect" / "T2-quadratic_drag"
 # Enough spheres for an error below the noise, few enough to be quick.

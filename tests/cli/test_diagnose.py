@@ -16,11 +16,10 @@ from culm_program import (BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, PROGRAM, STO
 TESTS = Path(__file__).resolve().parents[1]
 ROOT = TESTS.parent
 sys.path.insert(0, str(TESTS / "support"))
-from json_schema import schema_faults  # noqa: E402
+from json_schema import schema_faults, schema_of  # noqa: E402
 
-SCHEMA = json.loads((ROOT / "docs" / "schemas" / "diagnosis.schema.json").read_text("utf-8"))
-LABORATORY_SCHEMA = json.loads(
-    (ROOT / "docs" / "schemas" / "laboratory.schema.json").read_text("utf-8"))
+SCHEMA = schema_of("diagnosis")
+LABORATORY_SCHEMA = schema_of("laboratory")
 RECORDS = TESTS / "data"
 NULL, S01 = RECORDS / "measurements" / "T1-null", RECORDS / "measurements" / "S01"
 DRAG = RECORDS / "hidden-effect" / "T2-quadratic_drag"

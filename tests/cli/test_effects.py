@@ -12,9 +12,9 @@ from culm_program import DONE, CulmTest
 TESTS = Path(__file__).resolve().parents[1]
 ROOT = TESTS.parent
 sys.path.insert(0, str(TESTS / "support"))
-from json_schema import schema_faults  # noqa: E402
+from json_schema import schema_faults, schema_of  # noqa: E402
 
-SCHEMA = json.loads((ROOT / "docs" / "schemas" / "effects.schema.json").read_text("utf-8"))
+SCHEMA = schema_of("effects")
 DOCUMENT = (ROOT / "docs" / "effects.md").read_text("utf-8")
 BEGIN, END = "<!-- culm effects --markdown -->\n", "<!-- end -->\n"
 EXAMPLES = sorted((ROOT / "config" / "effects").glob("*.toml"))

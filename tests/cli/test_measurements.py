@@ -14,12 +14,12 @@ from culm_program import BAD_INPUT, DONE, POINTS_FAILED, CulmTest
 
 TESTS = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(TESTS / "support"))
-from json_schema import schema_faults  # noqa: E402
+from json_schema import schema_faults, schema_of  # noqa: E402
 
 EXAMPLES = TESTS / "data" / "measurements"
 POPULATION = Path(os.environ.get("CULM_OPTIONAL_DATA",
                                  TESTS.parents[1] / "shared" / "data")) / "lab-population"
-SCHEMA = json.loads((TESTS.parent / "docs" / "schemas" / "fit.schema.json").read_text("utf-8"))
+SCHEMA = schema_of("fit")
 # Mode 1 of the two stems (tests/data/measurements/README.md).
 TRUTH = {"S01": (36.007, 0.6471), "S10": (57.410, 0.7945)}
 

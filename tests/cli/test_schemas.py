@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The JSON that culm writes follows docs/schemas, and every schema has such a test."""
+"""The JSON that culm writes follows `culm schema`, and every schema has such a test."""
 
 import json
 import re
@@ -11,12 +11,11 @@ from culm_program import DONE, OVERDAMPED, POINTS_FAILED, QUICK, CulmTest
 from test_track import PICTURES, VIDEO
 
 TESTS = Path(__file__).resolve().parents[1]
-SCHEMAS = TESTS.parent / "docs" / "schemas"
 sys.path.insert(0, str(TESTS / "support"))
-from json_schema import schema_faults  # noqa: E402
+from json_schema import schema_faults, schema_of  # noqa: E402
 
-SUMMARY = json.loads((SCHEMAS / "summary.schema.json").read_text("utf-8"))
-TRACK = json.loads((SCHEMAS / "track.schema.json").read_text("utf-8"))
+SUMMARY = schema_of("summary")
+TRACK = schema_of("track")
 
 POPULATION = """
 [stem]
@@ -89,11 +88,16 @@ class Track(CulmTest):
         self.assertNotEqual(schema_faults(report, TRACK), [])
 
 
-class EverySchema(unittest.TestCase):
+class EverySchema(CulmTest):
     def test_is_compared_with_what_the_program_writes(self):
         tests = "".join(file.read_text("utf-8") for file in Path(__file__).parent.glob("test_*.py"))
-        tested = set(re.findall(r"[\w-]+\.schema\.json", tests))
-        self.assertEqual(tested, {file.name for file in SCHEMAS.iterdir()})
+        tested = set(re.findall(r'schema_of\("([a-z]+)"\)', tests))
+        listed = self.culm("schema").stdout
+        self.assertEqual(tested, {line.split()[0] for line in listed.splitlines()})
+
+    def test_is_refused_under_a_wrong_name_with_the_nearest(self):
+        self.assert_refused(self.culm("schema", "sumary"),
+                            'culm: there is no document "sumary" (did you mean "summary"?)\n')
 
 
 if __name__ == "__main__":

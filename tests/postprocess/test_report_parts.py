@@ -8,13 +8,11 @@ from pathlib import Path
 import numpy as np
 import synthetic_results
 import test_report_laboratory
-from json_schema import schema_faults
+from json_schema import schema_faults, schema_of
 from report_folder import unpacked
 from report_page import drawing, library, markup
 from report_page.diagnosis import ladder_labels
 from report_page.picker import kept_samples, packed
-
-SCHEMAS = Path(__file__).resolve().parents[2] / "docs" / "schemas"
 
 
 class Thinning(unittest.TestCase):
@@ -113,10 +111,9 @@ class SyntheticResults(unittest.TestCase):
                      ("laboratory", test_report_laboratory.laboratory())]
         documents += [("diagnosis", synthetic_results.diagnosis(verdict=verdict))
                       for verdict in ("adequate", "effect", "tie", "unknown")]
-        documents += [(name, {**document, "provenance": synthetic_results.PROVENANCE})
-                      for name, document in documents]
         for name, document in documents:
-            schema = json.loads((SCHEMAS / f"{name}.schema.json").read_text("utf-8"))
+            document = {**document, "provenance": synthetic_results.PROVENANCE}
+            schema = schema_of(name)
             self.assertEqual(schema_faults(json.loads(json.dumps(document)), schema), [], name)
 
 

@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Validates JSON by the part of JSON Schema that docs/schemas uses, without other packages."""
+"""Validates JSON by the part of JSON Schema that `culm schema` writes, without other packages."""
+
+import json
+import os
+import subprocess
 
 TYPES = {
     "object": dict, "array": list, "string": str, "boolean": bool, "null": type(None),
@@ -7,6 +11,13 @@ TYPES = {
 }
 KEYWORDS = {"$schema", "$defs", "$ref", "title", "description", "type", "const", "enum", "oneOf",
             "properties", "required", "additionalProperties", "items", "minItems", "maxItems"}
+
+
+def schema_of(name: str) -> dict:
+    """The schema of one of culm's documents, as the program under test prints it."""
+    finished = subprocess.run([os.environ["CULM_PROGRAM"], "schema", name], text=True,
+                              capture_output=True, check=True)
+    return json.loads(finished.stdout)
 
 
 def has_type(value, names) -> bool:
@@ -23,6 +34,8 @@ def object_faults(value: dict, schema: dict, root: dict, place: str) -> list[str
             faults += schema_faults(member, schema["properties"][key], root, f"{place}.{key}")
         elif schema.get("additionalProperties", True) is False:
             faults.append(f"{place}: {key} is not in the schema")
+        elif isinstance(schema.get("additionalProperties"), dict):
+            faults += schema_faults(member, schema["additionalProperties"], root, f"{place}.{key}")
     return faults
 
 

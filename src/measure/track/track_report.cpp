@@ -84,18 +84,17 @@ std::string assumed_text(const Track& track) {
 /// Clamp and axis in the terms of video.toml.
 template <class To>
 void describe_place(To& to, const Track& track) {
-    const auto is_on_its_side = [&] { return is_sideways(track.survey.view.up); };
+    const bool is_on_its_side = is_sideways(track.survey.view.up);
     const auto point = [&] { return place_in_frame(track); };
     to("up", [&] { return up_name(track.survey.view.up); });
     to.when(is_on_its_side, [&] {
         to("clamp_column", [&] { return point().column; });
         to("axis_row", [&] { return point().row; });
     });
-    to.when([&] { return !is_on_its_side(); },
-            [&] {
-                to("clamp_row", [&] { return point().row; });
-                to("axis_column", [&] { return point().column; });
-            });
+    to.when(!is_on_its_side, [&] {
+        to("clamp_row", [&] { return point().row; });
+        to("axis_column", [&] { return point().column; });
+    });
     to("clamp_detected", [&] { return !track.settings.clamp; });
     to("up_detected", [&] { return !track.settings.up; });
     to("pull_side", [&] { return positive_side(track); });

@@ -151,32 +151,30 @@ void describe_archive(To& to, const FolderState& state) {
         });
     };
     to("bytes", state.archive_bytes);
-    to.when([&] { return state.archive.has_value(); },
-            [&] {
-                to("culm", study.version, "the program that wrote it");
-                columns("factors", study.factors);
-                columns("results", study.results);
-                to.object("stored", [&] {
-                    to("tip", study.stored.tip);
-                    to("heights", study.stored.heights);
-                    to("positions", study.stored.positions);
-                });
-                to("samples", [&] { return study.times.size(); });
-                to("heights_m", study.heights);
-                to("spheres", study.spheres);
-                to("provenance", [&] { return by_name(study.provenance); });
-            });
-    to.when([&] { return state.verification.has_value(); },
-            [&] {
-                to("datasets", found.datasets);
-                to("chunks", found.chunks);
-                to.list("damaged", found.damaged, [&](const archive::DamagedDataset& dataset) {
-                    to("dataset", dataset.name);
-                    to("damaged_chunks", dataset.damaged_chunks);
-                    to("chunks", dataset.chunks);
-                    to("reason", dataset.reason);
-                });
-            });
+    to.when(state.archive.has_value(), [&] {
+        to("culm", study.version, "the program that wrote it");
+        columns("factors", study.factors);
+        columns("results", study.results);
+        to.object("stored", [&] {
+            to("tip", study.stored.tip);
+            to("heights", study.stored.heights);
+            to("positions", study.stored.positions);
+        });
+        to("samples", [&] { return study.times.size(); });
+        to("heights_m", study.heights);
+        to("spheres", study.spheres);
+        to("provenance", [&] { return by_name(study.provenance); });
+    });
+    to.when(state.verification.has_value(), [&] {
+        to("datasets", found.datasets);
+        to("chunks", found.chunks);
+        to.list("damaged", found.damaged, [&](const archive::DamagedDataset& dataset) {
+            to("dataset", dataset.name);
+            to("damaged_chunks", dataset.damaged_chunks);
+            to("chunks", dataset.chunks);
+            to("reason", dataset.reason);
+        });
+    });
 }
 
 template <class To>
@@ -196,11 +194,11 @@ void describe_journal(To& to, const study::JournalState& journal) {
 
 template <class To>
 void describe_points(To& to, const FolderState& state) {
-    const auto has_points = [&] { return state.points.has_value(); };
+    const bool has_points = state.points.has_value();
     to.maybe(
         "points", has_points,
         [&] {
-            const study::PointCounts counts = has_points() ? state.counts() : study::PointCounts();
+            const study::PointCounts counts = has_points ? state.counts() : study::PointCounts();
             to("total", counts.total);
             to("completed", counts.completed);
             to("failed", counts.failed);
@@ -223,9 +221,8 @@ void describe(To& to, const FolderFile& of) {
     const study::StudyNote note = state.note.value_or(study::StudyNote());
     describe_points(to, state);
     to("is_running", [&] { return state.is_running(); });
-    to.maybe(
-        "archive", [&] { return state.archive_bytes > 0 || state.archive; },
-        [&] { describe_archive(to, state); });
+    to.maybe("archive", state.archive_bytes > 0 || state.archive,
+             [&] { describe_archive(to, state); });
     to.list("journals", state.journals,
             [&](const study::JournalState& journal) { describe_journal(to, journal); });
     to("repeated_outcomes", state.repeated_outcomes);
@@ -233,18 +230,17 @@ void describe(To& to, const FolderFile& of) {
         to("point", std::get<0>(start));
         to("times", std::get<1>(start));
     });
-    to.when([&] { return state.note.has_value(); },
-            [&] {
-                to.object("run", [&] {
-                    to("name", note.name);
-                    to("start", note.start);
-                    to("ranks", note.ranks);
-                    to("config_file", note.config_file);
-                    to("provenance", [&] { return by_name(note.provenance); });
-                });
-            });
+    to.when(state.note.has_value(), [&] {
+        to.object("run", [&] {
+            to("name", note.name);
+            to("start", note.start);
+            to("ranks", note.ranks);
+            to("config_file", note.config_file);
+            to("provenance", [&] { return by_name(note.provenance); });
+        });
+    });
     to("problems", state.problems);
-    to.when([&] { return state.verification || !state.archive; },
+    to.when(state.verification || !state.archive,
             [&] { to("is_whole", [&] { return state.is_whole(); }); });
 }
 

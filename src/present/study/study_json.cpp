@@ -36,31 +36,28 @@ void describe_law(To& to, const reduce::RegressionOutcome& outcome, const char* 
     const auto bounds = [&](const char* key, const reduce::Estimate& of) {
         to(key, reduce::Bounds{of.lower, of.upper});
     };
-    to.when([&] { return !outcome.regression; }, [&] { to("reason", outcome.reason); });
-    to.when([&] { return outcome.regression.has_value(); },
-            [&] {
-                to("predictor", std::string(predictor));
-                to("unit", std::string(unit));
-                to("points", law.points);
-                to("intercept", law.single.intercept.value);
-                to("slope", law.single.slope.value);
-                to.object("interval", [&] {
-                    bounds("intercept", law.single.intercept);
-                    bounds("slope", law.single.slope);
-                });
-                to("adjusted_r2", law.single.regression.adjusted_r_squared);
-                to("residuals_percent", law.single.residuals.histogram);
-                to("terms", reduced.model.regression.coefficients, "that the F-tests kept");
-                to.when([&] { return law.reduced.has_value(); },
-                        [&] {
-                            to("terms_adjusted_r2", reduced.model.regression.adjusted_r_squared);
-                            to("adjusted_r2_full", reduced.model.full_adjusted_r_squared);
-                            to("terms_residuals_percent", reduced.residuals.histogram);
-                            to("single_against_full", reduced.single_predictor_against_full);
-                        });
-                to.when([&] { return !law.reduced; },
-                        [&] { to("terms_reason", law.no_reduced_reason); });
-            });
+    to.when(!outcome.regression, [&] { to("reason", outcome.reason); });
+    to.when(outcome.regression.has_value(), [&] {
+        to("predictor", std::string(predictor));
+        to("unit", std::string(unit));
+        to("points", law.points);
+        to("intercept", law.single.intercept.value);
+        to("slope", law.single.slope.value);
+        to.object("interval", [&] {
+            bounds("intercept", law.single.intercept);
+            bounds("slope", law.single.slope);
+        });
+        to("adjusted_r2", law.single.regression.adjusted_r_squared);
+        to("residuals_percent", law.single.residuals.histogram);
+        to("terms", reduced.model.regression.coefficients, "that the F-tests kept");
+        to.when(law.reduced.has_value(), [&] {
+            to("terms_adjusted_r2", reduced.model.regression.adjusted_r_squared);
+            to("adjusted_r2_full", reduced.model.full_adjusted_r_squared);
+            to("terms_residuals_percent", reduced.residuals.histogram);
+            to("single_against_full", reduced.single_predictor_against_full);
+        });
+        to.when(!law.reduced, [&] { to("terms_reason", law.no_reduced_reason); });
+    });
 }
 
 struct PointSample {
@@ -74,19 +71,17 @@ void describe(To& to, const PointSample& of) {
 
 template <class To>
 void describe_sensitivity(To& to, const reduce::Sensitivity& found, std::int64_t designed) {
-    to.when([&] { return !found.is_determined(); },
-            [&] {
-                to("reason", [&] {
-                    return fmt::format("polynomials of the factors predict nothing at points that "
-                                       "are left out of {}",
-                                       found.points);
-                });
-            });
-    to.when([&] { return found.is_determined(); },
-            [&] {
-                describe(to, found);
-                to("designed_points", designed);
-            });
+    to.when(!found.is_determined(), [&] {
+        to("reason", [&] {
+            return fmt::format("polynomials of the factors predict nothing at points that "
+                               "are left out of {}",
+                               found.points);
+        });
+    });
+    to.when(found.is_determined(), [&] {
+        describe(to, found);
+        to("designed_points", designed);
+    });
 }
 
 /// Of b1 and b2, as far as `has` says that they have one.
@@ -99,13 +94,12 @@ void describe_responses(To& to, const study::ReplicateSummary& summary, const au
                 return response.name == name && has(response);
             });
         };
-        to.when([&] { return found() != summary.responses.end(); },
-                [&] {
-                    to.object(name, [&] {
-                        const bool exists = found() != summary.responses.end();
-                        members(exists ? *found() : study::ResponseSpread());
-                    });
-                });
+        to.when(found() != summary.responses.end(), [&] {
+            to.object(name, [&] {
+                const bool exists = found() != summary.responses.end();
+                members(exists ? *found() : study::ResponseSpread());
+            });
+        });
     }
 }
 
@@ -121,30 +115,27 @@ void describe_spread(To& to, const study::ReplicateSummary& summary, std::int64_
             to, summary, [](const ResponseSpread&) { return true; },
             [&](const ResponseSpread& of) { describe(to, PointSample{of.population}); });
     });
-    to.when([&] { return std::ranges::any_of(summary.responses, has_components); },
-            [&] {
-                to.object("variance_components", [&] {
-                    to.constant("method", "one-way random effects, unweighted means");
-                    describe_responses(to, summary, has_components, [&](const ResponseSpread& of) {
-                        describe(to, of.components.value_or(reduce::VarianceComponents()));
-                    });
-                });
+    to.when(std::ranges::any_of(summary.responses, has_components), [&] {
+        to.object("variance_components", [&] {
+            to.constant("method", "one-way random effects, unweighted means");
+            describe_responses(to, summary, has_components, [&](const ResponseSpread& of) {
+                describe(to, of.components.value_or(reduce::VarianceComponents()));
             });
+        });
+    });
     to.object("sensitivity", [&] {
         const std::string& reason = summary.no_sensitivity_reason;
-        to.when([&] { return !reason.empty(); }, [&] { to("reason", reason); });
-        to.when([&] { return reason.empty(); },
-                [&] {
-                    to.constant("method", "polynomial chaos, degree by leave-one-out error");
-                    describe_responses(to, summary, has_sensitivity, [&](const auto& of) {
-                        describe_sensitivity(to, of.sensitivity.value_or(reduce::Sensitivity()),
-                                             designed);
-                    });
-                    to.list("groups", summary.groups, [&](const study::FactorGroup& group) {
-                        to("name", group.name);
-                        to("factors", group.factors);
-                    });
-                });
+        to.when(!reason.empty(), [&] { to("reason", reason); });
+        to.when(reason.empty(), [&] {
+            to.constant("method", "polynomial chaos, degree by leave-one-out error");
+            describe_responses(to, summary, has_sensitivity, [&](const auto& of) {
+                describe_sensitivity(to, of.sensitivity.value_or(reduce::Sensitivity()), designed);
+            });
+            to.list("groups", summary.groups, [&](const study::FactorGroup& group) {
+                to("name", group.name);
+                to("factors", group.factors);
+            });
+        });
     });
 }
 
@@ -160,13 +151,11 @@ void describe_range(To& to, const char* key, const std::vector<TimestepStem>& st
         std::ranges::sort(values);
         return values;
     };
-    to.maybe(
-        key, [&] { return !sorted().empty(); },
-        [&] {
-            to("smallest", [&] { return sorted().front(); });
-            to("median", [&] { return reduce::quantile(sorted(), 0.5); });
-            to("largest", [&] { return sorted().back(); });
-        });
+    to.maybe(key, !sorted().empty(), [&] {
+        to("smallest", [&] { return sorted().front(); });
+        to("median", [&] { return reduce::quantile(sorted(), 0.5); });
+        to("largest", [&] { return sorted().back(); });
+    });
 }
 
 template <class To>
@@ -189,13 +178,12 @@ void describe_limit_law(To& to, const char* key, const reduce::TimestepLawOutcom
     const reduce::TimestepLaw law = outcome.law.value_or(reduce::TimestepLaw());
     to.object(key, [&] {
         to("form", std::string(form));
-        to.when([&] { return !outcome.law; }, [&] { to("reason", outcome.reason); });
-        to.when([&] { return outcome.law.has_value(); },
-                [&] {
-                    to("points", [&] { return law.residuals.size(); });
-                    to("coefficients", law.regression.coefficients);
-                    to("largest_residual", law.largest_residual);
-                });
+        to.when(!outcome.law, [&] { to("reason", outcome.reason); });
+        to.when(outcome.law.has_value(), [&] {
+            to("points", [&] { return law.residuals.size(); });
+            to("coefficients", law.regression.coefficients);
+            to("largest_residual", law.largest_residual);
+        });
     });
 }
 
@@ -256,7 +244,7 @@ void describe_run(To& to, const study::SummaryOfRun& run) {
     });
     to("ranks", run.ranks);
     to("wall_s", run.wall_s);
-    to.when([&] { return !run.missing.empty(); },
+    to.when(!run.missing.empty(),
             [&] { to("missing", run.missing, "points that were not computed"); });
 }
 
@@ -291,11 +279,9 @@ void describe(To& to, const StudySummaryFile& of) {
             describe_law(to, summary.regression.bond_damping, "decay_per_cycle", "1");
         });
     });
-    to.when([&] { return summary.replicates.has_value(); },
-            [&] {
-                describe_spread(to, summary.replicates.value_or(study::ReplicateSummary()),
-                                summary.points);
-            });
+    to.when(summary.replicates.has_value(), [&] {
+        describe_spread(to, summary.replicates.value_or(study::ReplicateSummary()), summary.points);
+    });
 }
 
 /// summary.json of a time-step study.
@@ -320,17 +306,16 @@ void describe(To& to, const TimestepSummaryFile& of) {
     to.list(
         "errors", [&] { return std::views::iota(std::size_t{0}, fractions.size()); },
         [&](std::size_t k) { describe_errors_at(to, summary, k); });
-    to.when([&] { return !fractions.empty(); },
-            [&] {
-                to.object("implicit_against_converged", [&] {
-                    describe_range(to, "decay", summary.stems, [](const TimestepStem& s) {
-                        return std::abs(s.reference_decay / s.converged_decay - 1.0);
-                    });
-                    describe_range(to, "frequency", summary.stems, [](const TimestepStem& s) {
-                        return std::abs(s.reference_frequency / s.converged_frequency - 1.0);
-                    });
-                });
+    to.when(!fractions.empty(), [&] {
+        to.object("implicit_against_converged", [&] {
+            describe_range(to, "decay", summary.stems, [](const TimestepStem& s) {
+                return std::abs(s.reference_decay / s.converged_decay - 1.0);
             });
+            describe_range(to, "frequency", summary.stems, [](const TimestepStem& s) {
+                return std::abs(s.reference_frequency / s.converged_frequency - 1.0);
+            });
+        });
+    });
 }
 
 } // namespace
