@@ -44,8 +44,8 @@ void fit(Probe& probe) {
     for (std::size_t k = 0; k < times.size(); ++k)
         times[k] = static_cast<double>(k) * sample_interval;
     const reduce::RingDownFit eq1 = reduce::fit_ring_down(times, probe.tip);
-    probe.frequency = eq1.frequency;
-    probe.decay_per_cycle = eq1.decay_per_cycle;
+    probe.frequency = eq1.frequency.value;
+    probe.decay_per_cycle = eq1.decay_per_cycle.value;
 }
 
 } // namespace

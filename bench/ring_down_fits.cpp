@@ -46,9 +46,9 @@ void fit_all(const char* folder) {
             const double then = column[static_cast<std::size_t>(points[k])];
             return std::abs(now - then) / std::abs(then);
         };
-        difference = std::max({difference, relative(fits[k].frequency, frequency),
-                               relative(fits[k].decay_per_cycle, decay),
-                               relative(fits[k].frequency_uncertainty.standard_error, error)});
+        difference = std::max({difference, relative(fits[k].frequency.value, frequency),
+                               relative(fits[k].decay_per_cycle.value, decay),
+                               relative(fits[k].frequency.standard_error, error)});
     }
     const double per_fit = 1e3 / static_cast<double>(fits.size());
     fmt::print("{} fits of {} samples: {:.3f} ms each (median of {} repeats), least {:.3f} ms; "

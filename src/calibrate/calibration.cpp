@@ -35,7 +35,7 @@ reduce::StemHistories simulated_histories(fit::StemModel model,
 }
 
 PairedMean paired_mean(const CalibrationCheck& check,
-                       reduce::Estimate reduce::RingDownAnalysis::*quantity) {
+                       reduce::Estimate reduce::RingDownFit::*quantity) {
     double weights = 0.0;
     double measured_sum = 0.0;
     double simulated_sum = 0.0;
@@ -56,9 +56,9 @@ PairedMean paired_mean(const CalibrationCheck& check,
 }
 
 /// Eq. 1 needs an offset for a stem released straight: its rest position is not zero.
-reduce::RingDownAnalysisOptions check_options(const measure::Measurement& measurement,
-                                              const CalibrationOptions& options) {
-    reduce::RingDownAnalysisOptions check;
+reduce::RingDownOptions check_options(const measure::Measurement& measurement,
+                                      const CalibrationOptions& options) {
+    reduce::RingDownOptions check;
     check.window = options.fit.window;
     check.has_offset = measurement.release == measure::ReleaseKind::HeldStraight;
     check.has_phase = measurement.release == measure::ReleaseKind::Moving;
@@ -117,13 +117,13 @@ reduce::Bounds central_95_percent(std::vector<double> values) {
 
 CalibrationCheck check_calibration(const fit::StemModel& model,
                                    const measure::Measurement& measurement,
-                                   const reduce::RingDownAnalysisOptions& options,
+                                   const reduce::RingDownOptions& options,
                                    run::IntegrationMethod method) {
     CalibrationCheck check;
     check.measured = reduce::fit_stem(residuals::histories_of(measurement), options);
     check.simulated = reduce::fit_stem(simulated_histories(model, measurement, method), options);
-    check.decay_per_cycle = paired_mean(check, &reduce::RingDownAnalysis::decay_per_cycle);
-    check.frequency = paired_mean(check, &reduce::RingDownAnalysis::frequency);
+    check.decay_per_cycle = paired_mean(check, &reduce::RingDownFit::decay_per_cycle);
+    check.frequency = paired_mean(check, &reduce::RingDownFit::frequency);
     if (std::isinf(check.decay_per_cycle.standard_error))
         throw core::NumericalError(
             core::FailureKind::FitFailed,

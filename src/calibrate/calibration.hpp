@@ -45,7 +45,7 @@ struct CalibrationCheck {
 /// core::NumericalError if Eq. 1 cannot be fitted to one of them.
 [[nodiscard]] CalibrationCheck check_calibration(const fit::StemModel& model,
                                                  const measure::Measurement& measurement,
-                                                 const reduce::RingDownAnalysisOptions& options,
+                                                 const reduce::RingDownOptions& options,
                                                  run::IntegrationMethod method);
 
 struct CalibrationOptions {

@@ -52,9 +52,9 @@ void warn_outside(const char* name, double value, const reduce::PredictorRange& 
 }
 
 /// Height and fit of the highest row that can be fitted over the window.
-std::pair<double, reduce::RingDownAnalysis>
-read_highest_row(const measure::Measurement& measurement, double window) {
-    reduce::RingDownAnalysisOptions options;
+std::pair<double, reduce::RingDownFit> read_highest_row(const measure::Measurement& measurement,
+                                                        double window) {
+    reduce::RingDownOptions options{.is_measured = true};
     options.window = window;
     std::string reason = "there are no rows";
     // From the top down: the regressions are for the tip's deflection, which is closest to that of
@@ -63,7 +63,7 @@ read_highest_row(const measure::Measurement& measurement, double window) {
         options.noise = measurement.noise_at(j);
         try {
             return {measurement.heights[j],
-                    reduce::analyse_ring_down(measurement.times, measurement.history(j), options)};
+                    reduce::fit_ring_down(measurement.times, measurement.history(j), options)};
         } catch (const core::NumericalError& error) {
             reason = error.what();
         }

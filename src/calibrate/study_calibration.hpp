@@ -3,7 +3,7 @@
 #pragma once
 
 #include "measure/folder/measurement.hpp"
-#include "reduce/ring_down/ring_down_analysis.hpp"
+#include "reduce/ring_down/ring_down_fit.hpp"
 #include "reduce/study_regression.hpp"
 #include "run/case_spec.hpp"
 

@@ -30,7 +30,7 @@ void describe(To& to, const SampleWithHistogram& of) {
 template <class To>
 void describe_height(To& to, const reduce::HeightRingDown& height, bool has_offset,
                      bool has_phase) {
-    const reduce::RingDownAnalysis fit = height.fit.value_or(reduce::RingDownAnalysis());
+    const reduce::RingDownFit fit = height.fit.value_or(reduce::RingDownFit());
     to("height_mm", height.height);
     to.when(!height.fit, [&] { to("failure", height.failure); });
     to.when(height.fit.has_value(), [&] {
@@ -161,7 +161,7 @@ std::string stem_heights(const reduce::StemRingDowns& stem, const TextStyle& sty
                                 height.failure);
             continue;
         }
-        const reduce::RingDownAnalysis& fit = *height.fit;
+        const reduce::RingDownFit& fit = *height.fit;
         text += fmt::format("{:8.1f} {:9.3f} {:>20} {:>20} {:>22} {:9.4f}  {}\n",
                             1e3 * height.height, stem.unit.factor * fit.amplitude.value,
                             plus_minus(fit.decay_per_cycle), plus_minus(fit.decay_rate),
@@ -276,7 +276,7 @@ std::string fit_csv(const FitReport& report) {
         for (const reduce::HeightRingDown& height : stem.heights) {
             if (!height.fit)
                 continue;
-            const reduce::RingDownAnalysis& fit = *height.fit;
+            const reduce::RingDownFit& fit = *height.fit;
             text += fmt::format("\"{}\",{:.10g},{},{},{},{},{},{},{},{},{}\n", stem.id,
                                 1e3 * height.height, fit.samples, 1e3 * fit.amplitude.value,
                                 fit.decay_rate.value, fit.decay_per_cycle.value,

@@ -15,7 +15,7 @@ namespace culm::present {
 
 /// All results of `culm fit`.
 struct FitReport {
-    reduce::RingDownAnalysisOptions options; ///< as requested; the offset may differ by stem
+    reduce::RingDownOptions options; ///< as requested; the offset may differ by stem
     std::vector<reduce::StemRingDowns> stems;
     std::vector<std::string> folders;                    ///< of the stems
     std::vector<bool> has_offset;                        ///< of the stems

@@ -59,11 +59,10 @@ constexpr double smallest_amplitude = 3.0;       ///< over the noise
 
 std::optional<WindowFit> fit_window(const std::vector<double>& times,
                                     const std::vector<double>& values, double length) {
-    reduce::RingDownAnalysisOptions options;
-    options.has_phase = true;
-    options.has_offset = true;
+    const reduce::RingDownOptions options{
+        .has_offset = true, .has_phase = true, .is_measured = true};
     try {
-        const reduce::RingDownAnalysis found = reduce::analyse_ring_down(times, values, options);
+        const reduce::RingDownFit found = reduce::fit_ring_down(times, values, options);
         // A exp(b t) at the middle of the window, where its amplitude is known best.
         return WindowFit{std::abs(found.amplitude.value) *
                              std::exp(0.5 * length * found.decay_rate.value),
@@ -183,7 +182,7 @@ reduce::StemHistories histories_of(const measure::Measurement& measurement) {
 RingDownsOfBoth ring_downs_of_both(const fit::RecordingFit& fit,
                                    const measure::Measurement& measurement) {
     // Eq. 1 assumes a release from rest at time 0; measurement and model get a free phase alike.
-    reduce::RingDownAnalysisOptions options;
+    reduce::RingDownOptions options{.is_measured = true};
     options.window = fit.times.back();
     options.has_phase = true;
     options.has_offset = measurement.release == measure::ReleaseKind::HeldStraight ||

@@ -3,7 +3,7 @@
 #include "core/error.hpp"
 #include "fit/fit.hpp"
 #include "fit/fit_model.hpp"
-#include "reduce/ring_down/ring_down_analysis.hpp"
+#include "reduce/ring_down/ring_down_fit.hpp"
 #include "support/parameter_ids.hpp"
 #include "support/simulated_measurement.hpp"
 #include "support/single_fit.hpp"
@@ -62,10 +62,10 @@ TEST(BaselineModel, StartsFromAStemThatIsCurvedAtRest) {
         const double height = measurement.heights[place % measurement.heights.size()];
         measurement.deflections[place] += 0.5 * 20.0 * height * height; // m, curvature 20/m
     }
-    reduce::RingDownAnalysisOptions about_zero;
+    reduce::RingDownOptions about_zero{.is_measured = true};
     about_zero.has_phase = true;
     for (std::size_t j = 2; j < measurement.heights.size(); ++j)
-        EXPECT_THROW(static_cast<void>(reduce::analyse_ring_down(
+        EXPECT_THROW(static_cast<void>(reduce::fit_ring_down(
                          measurement.times, measurement.history(j), about_zero)),
                      core::NumericalError);
     const fit::StemModel start = fit::baseline_model(measurement);

@@ -73,8 +73,8 @@ TEST_P(SmallAmplitude, HasTheFrequencyAndDecayOfTheLinearisedChain) {
     const double frequency = mode.eigenvalue.imag() / (2 * 3.14159265358979323846);
     const double decay_per_cycle = mode.eigenvalue.real() / frequency;
     // The default tolerance guarantees 0.1 % of both.
-    EXPECT_NEAR(fit.frequency / frequency, 1.0, 1e-5);
-    EXPECT_NEAR(fit.decay_per_cycle / decay_per_cycle, 1.0, 1e-3);
+    EXPECT_NEAR(fit.frequency.value / frequency, 1.0, 1e-5);
+    EXPECT_NEAR(fit.decay_per_cycle.value / decay_per_cycle, 1.0, 1e-3);
 }
 
 INSTANTIATE_TEST_SUITE_P(BothLaws, SmallAmplitude,

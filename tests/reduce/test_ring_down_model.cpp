@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Eq. 1 and the derivatives of its sum of squares, as the fit uses them.
+// Eq. 1 with phase and offset, and the derivatives of its sum of squares, as the fit uses them.
 #include "reduce/ring_down/ring_down_model.hpp"
 
 #include <cmath>
@@ -10,7 +10,7 @@
 namespace culm::reduce {
 namespace {
 
-const RingDownParameters at{-0.7, -0.8, 1.3};
+const RingDownParameters at{-0.7, -0.8, 1.3, 0.2, 0.05};
 // Central differences: truncation about step² = 1e-12 times third derivatives of a sum over 200
 // samples (below 1e5), rounding about 1e-14/1e-6.
 constexpr double step = 1e-6;
@@ -27,66 +27,76 @@ RingDownSamples samples(bool has_equal_intervals) {
     return made;
 }
 
-RingDownParameters shifted(int parameter, double by) {
-    RingDownParameters p = at;
-    (parameter == 0 ? p.amplitude : parameter == 1 ? p.decay_rate : p.frequency) += by;
-    return p;
+constexpr FreeRingDownParameters all{.amplitude = true, .quadrature = true, .offset = true};
+
+/// The problem with its derivatives at a step of one free parameter.
+RingDownProblem moved(const RingDownSamples& history, const FreeRingDownParameters& free,
+                      Eigen::Index parameter, double by) {
+    RingDownProblem problem(history, free);
+    problem.evaluate(problem.moved(at, by * Eigen::VectorXd::Unit(free.count(), parameter)));
+    problem.evaluate_jacobian();
+    return problem;
+}
+
+Eigen::VectorXd gradient(const RingDownProblem& problem) {
+    return problem.jacobian().transpose() * problem.residuals();
 }
 
 TEST(RingDownModel, ResidualsAreTheTextbookFormulaLessTheValues) {
+    const double b0 = -std::hypot(0.7, 0.2);
+    const double phase = std::atan(0.2 / -0.7);
     for (const bool has_equal_intervals : {true, false}) {
         const RingDownSamples history = samples(has_equal_intervals);
-        RingDownLinearisation model(history);
-        model.evaluate_residuals(at);
+        RingDownProblem problem(history, all);
+        problem.evaluate(at);
         for (std::size_t k = 0; k < history.times.size(); ++k) {
             const double t = history.times[k];
             const double expected =
-                -0.7 * std::exp(-0.8 * t) * std::cos(2.0 * std::numbers::pi * 1.3 * t) -
+                0.05 +
+                b0 * std::exp(-0.8 * t) * std::cos(2.0 * std::numbers::pi * 1.3 * t + phase) -
                 history.values[k];
-            EXPECT_NEAR(model.residuals()[static_cast<Eigen::Index>(k)], expected,
+            EXPECT_NEAR(problem.residuals()[static_cast<Eigen::Index>(k)], expected,
                         4e-15); // rounding of products of unit phasors
         }
     }
 }
 
-TEST(RingDownModel, GradientAgreesWithCentralDifferences) {
-    for (const bool has_equal_intervals : {true, false}) {
-        RingDownLinearisation model(samples(has_equal_intervals));
-        const Eigen::Vector3d gradient = curvature(model, at, true).gradient;
-        for (int j = 0; j < 3; ++j) {
-            const double difference =
-                (curvature(model, shifted(j, step), true).residual_sum_of_squares -
-                 curvature(model, shifted(j, -step), true).residual_sum_of_squares) /
-                (4.0 * step);
-            EXPECT_NEAR(gradient[j], difference, derivative_tolerance) << j;
+TEST(RingDownModel, GradientAndHessianAgreeWithCentralDifferences) {
+    for (const bool has_equal_intervals : {true, false})
+        for (const FreeRingDownParameters& free :
+             {all, FreeRingDownParameters{}, FreeRingDownParameters{.amplitude = false},
+              FreeRingDownParameters{.offset = true}}) {
+            const RingDownSamples history = samples(has_equal_intervals);
+            const RingDownProblem here = moved(history, free, 0, 0.0);
+            for (Eigen::Index j = 0; j < free.count(); ++j) {
+                const RingDownProblem above = moved(history, free, j, step);
+                const RingDownProblem below = moved(history, free, j, -step);
+                EXPECT_NEAR(gradient(here)[j],
+                            (above.sum_of_squares() - below.sum_of_squares()) / (4.0 * step),
+                            derivative_tolerance)
+                    << j;
+                const Eigen::VectorXd change = (gradient(above) - gradient(below)) / (2.0 * step);
+                for (Eigen::Index i = 0; i < free.count(); ++i)
+                    EXPECT_NEAR(here.hessian()(i, j), change[i], derivative_tolerance)
+                        << i << " " << j;
+            }
         }
-    }
 }
 
-TEST(RingDownModel, HessianAgreesWithCentralDifferencesOfTheGradient) {
-    for (const bool has_equal_intervals : {true, false}) {
-        RingDownLinearisation model(samples(has_equal_intervals));
-        const Eigen::Matrix3d hessian = curvature(model, at, true).newton;
-        for (int j = 0; j < 3; ++j) {
-            const Eigen::Vector3d difference =
-                (curvature(model, shifted(j, step), true).gradient -
-                 curvature(model, shifted(j, -step), true).gradient) /
-                (2.0 * step);
-            for (int i = 0; i < 3; ++i)
-                EXPECT_NEAR(hessian(i, j), difference[i], derivative_tolerance) << i << " " << j;
-        }
-    }
-}
-
-TEST(RingDownModel, AFixedAmplitudeTakesNoStep) {
-    RingDownLinearisation model(samples(true));
-    const RingDownCurvature fixed = curvature(model, at, false);
-    EXPECT_EQ(fixed.gradient[0], 0.0);
-    for (const Eigen::Matrix3d& matrix : {fixed.newton, fixed.gauss_newton}) {
-        EXPECT_EQ(matrix(0, 0), 1.0);
-        for (int j : {1, 2})
-            EXPECT_EQ(matrix(0, j), 0.0);
-    }
+TEST(RingDownModel, ASteepStartFindsTheMinimumOfExactValues) {
+    RingDownSamples history = samples(true);
+    RingDownProblem exact(history, all);
+    exact.evaluate(at);
+    for (std::size_t k = 0; k < history.values.size(); ++k)
+        history.values[k] += exact.residuals()[static_cast<Eigen::Index>(k)];
+    RingDownProblem problem(history, all);
+    const auto found = minimum_from(problem, {-0.5, -0.5, 1.25, 0.0, 0.0});
+    ASSERT_TRUE(found);
+    EXPECT_NEAR(found->parameters.amplitude, at.amplitude, 1e-12);
+    EXPECT_NEAR(found->parameters.decay_rate, at.decay_rate, 1e-11);
+    EXPECT_NEAR(found->parameters.frequency, at.frequency, 1e-12);
+    EXPECT_NEAR(found->parameters.quadrature, at.quadrature, 1e-12);
+    EXPECT_NEAR(found->parameters.offset, at.offset, 1e-12);
 }
 
 } // namespace

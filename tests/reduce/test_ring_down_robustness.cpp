@@ -34,12 +34,14 @@ RingDownParameters truth_of(const RingDownSignal& signal) {
 /// Smallest possible relative standard error of the frequency (Cramér-Rao) if everything but the
 /// first mode were white noise of the given level.
 double best_frequency_error(const RingDownSignal& signal, const History& history, double noise) {
-    RingDownLinearisation model({history.times, history.deflections});
+    const RingDownSamples samples{history.times, history.deflections};
+    RingDownProblem problem(samples, {});
+    problem.evaluate(truth_of(signal));
+    problem.evaluate_jacobian();
     const double period = 1.0 / signal.frequency;
     const Eigen::Vector3d scale{1.0, 1.0 / period, 1.0 / period};
-    const Eigen::Matrix3d information = scale.asDiagonal() *
-                                        curvature(model, truth_of(signal), true).gauss_newton *
-                                        scale.asDiagonal();
+    const Eigen::Matrix3d information = scale.asDiagonal() * problem.jacobian().transpose() *
+                                        problem.jacobian() * scale.asDiagonal();
     return noise * std::sqrt(information.inverse()(2, 2));
 }
 
@@ -49,10 +51,9 @@ std::optional<double> residual_at_truth(const RingDownSignal& signal, const Hist
     RingDownSamples samples{history.times, history.deflections};
     for (double& value : samples.values)
         value /= scale;
-    const auto refined = refine_ring_down(samples, truth_of(signal), true);
-    if (!refined)
-        return std::nullopt;
-    return refined->residual_sum_of_squares;
+    RingDownProblem problem(samples, {});
+    const auto found = minimum_from(problem, truth_of(signal));
+    return found ? std::optional(found->sum_of_squares) : std::nullopt;
 }
 
 std::string describe(const RingDownSignal& s) {
@@ -85,16 +86,16 @@ void check_case(const RingDownSignal& signal, std::mt19937_64& random, SweepCoun
     try {
         const RingDownFit found = fit_ring_down(history.times, history.deflections);
         ++count.fitted;
-        const double sum_of_squares =
-            found.rms_residual * found.rms_residual * static_cast<double>(found.samples);
-        const auto at_truth = residual_at_truth(signal, history, found.deflection_scale);
+        const double sum_of_squares = std::pow(found.rms_residual / found.largest_deflection, 2) *
+                                      static_cast<double>(found.samples);
+        const auto at_truth = residual_at_truth(signal, history, found.largest_deflection);
         // Both are minima of the same function; equal ones agree to rounding.
         if (at_truth) {
             EXPECT_LE(sum_of_squares, *at_truth * (1.0 + 1e-8) + 1e-20) << describe(signal);
         }
         if (is_readable) {
             // Five times the 3 % above; the next period's minimum is farther away than that.
-            EXPECT_NEAR(found.frequency, signal.frequency, 0.15 * signal.frequency)
+            EXPECT_NEAR(found.frequency.value, signal.frequency, 0.15 * signal.frequency)
                 << describe(signal);
         }
     } catch (const core::NumericalError& error) {

@@ -72,7 +72,7 @@ TEST(StemRingDowns, HeightThatCannotBeFittedIsNamedAndTheOthersCount) {
     input.histories[2].assign(input.times.size(), std::nan(""));
     const StemRingDowns fit = fit_stem(input, {});
     EXPECT_FALSE(fit.heights[2].fit);
-    EXPECT_NE(fit.heights[2].failure.find("there are 0"), std::string::npos);
+    EXPECT_NE(fit.heights[2].failure.find("the history has 0"), std::string::npos);
     EXPECT_TRUE(fit.frequency);
     for (auto& history : input.histories)
         history.assign(input.times.size(), 1e-3);

@@ -73,8 +73,8 @@ TEST(Simulate, GivesTheSameFitExplicitlyAndImplicitly) {
     const auto a = reduce::fit_ring_down(times, result_of(implicit_outcome).tip_deflection);
     const auto b = reduce::fit_ring_down(times, result_of(explicit_outcome).tip_deflection);
     // With the implicit tolerance of 1e-6 per step the error is about 1e-5 of the amplitude.
-    EXPECT_NEAR(a.frequency / b.frequency, 1.0, 1e-5);
-    EXPECT_NEAR(a.decay_per_cycle / b.decay_per_cycle, 1.0, 1e-4);
+    EXPECT_NEAR(a.frequency.value / b.frequency.value, 1.0, 1e-5);
+    EXPECT_NEAR(a.decay_per_cycle.value / b.decay_per_cycle.value, 1.0, 1e-4);
 }
 
 TEST(Simulate, MovesInSpaceAsInThePlane) {

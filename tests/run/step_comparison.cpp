@@ -90,9 +90,9 @@ TEST(StepComparison, HasFirstOrderErrorsOfFittedDecayAndFrequencyWithDamping) {
     const CaseSpec spec = stem_of(5.0, 3e-3);
     const std::int64_t coarse = steps_per_sample(spec, 0.9);
     const auto found = fits(spec, {coarse, 2 * coarse, 4 * coarse});
-    const auto order = [&](double reduce::RingDownFit::*number) {
-        return std::log2((found[0].*number - found[1].*number) /
-                         (found[1].*number - found[2].*number));
+    const auto order = [&](reduce::Estimate reduce::RingDownFit::*number) {
+        const auto value = [&](std::size_t k) { return (found[k].*number).value; };
+        return std::log2((value(0) - value(1)) / (value(1) - value(2)));
     };
     // Halving the step halves the error; the second-order part is a few per cent of it here.
     EXPECT_NEAR(order(&reduce::RingDownFit::decay_per_cycle), 1.0, 0.1);

@@ -68,7 +68,7 @@ void fit(const FitArguments& arguments, core::ExitCode& exit_code) {
                               measurements[i].remarks.end());
     }
     for (const measure::Measurement& measurement : measurements) {
-        reduce::RingDownAnalysisOptions options = report.options;
+        reduce::RingDownOptions options = report.options;
         options.has_offset = arguments.offset == "auto"
                                  ? measurement.release == measure::ReleaseKind::HeldStraight
                                  : arguments.offset == "free";

@@ -82,15 +82,16 @@ nlohmann::json to_json(const Candidate& candidate, const reduce::RingDownFit& fi
     nlohmann::json json{{"parameters_from", candidate.name},
                         {"bond_youngs_modulus_pa", candidate.youngs_modulus},
                         {"bond_damping", candidate.bond_damping},
-                        {"frequency_hz", fit.frequency},
-                        {"decay_per_cycle", fit.decay_per_cycle},
-                        {"amplitude", fit.amplitude},
-                        {"rms_residual", fit.rms_residual}};
+                        {"frequency_hz", fit.frequency.value},
+                        {"decay_per_cycle", fit.decay_per_cycle.value},
+                        {"amplitude", fit.amplitude.value / fit.largest_deflection},
+                        {"rms_residual", fit.rms_residual / fit.largest_deflection}};
     if (arguments.frequency_hz)
-        json["frequency_error_percent"] = 100.0 * (fit.frequency / *arguments.frequency_hz - 1.0);
+        json["frequency_error_percent"] =
+            100.0 * (fit.frequency.value / *arguments.frequency_hz - 1.0);
     if (arguments.decay_per_cycle)
         json["decay_error_percent"] =
-            100.0 * (fit.decay_per_cycle / *arguments.decay_per_cycle - 1.0);
+            100.0 * (fit.decay_per_cycle.value / *arguments.decay_per_cycle - 1.0);
     return json;
 }
 
@@ -108,10 +109,10 @@ void print(const Candidate& candidate, const reduce::RingDownFit& fit, const std
                        100.0 * (value / *wanted - 1.0));
         fmt::print("\n");
     };
-    line("b2 (frequency)", fit.frequency, "Hz", arguments.frequency_hz);
-    line("b1 (decay per cycle)", fit.decay_per_cycle, "  ", arguments.decay_per_cycle);
+    line("b2 (frequency)", fit.frequency.value, "Hz", arguments.frequency_hz);
+    line("b1 (decay per cycle)", fit.decay_per_cycle.value, "  ", arguments.decay_per_cycle);
     fmt::print("    Eq. 1 leaves {:.2f} % of the tip's deflection (rms)\n",
-               100.0 * fit.rms_residual);
+               100.0 * fit.rms_residual / fit.largest_deflection);
 }
 
 void refuse_incomplete(const SimulateArguments& arguments) {

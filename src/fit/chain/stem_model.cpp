@@ -5,7 +5,7 @@
 #include "core/order_statistics.hpp"
 #include "physics/effects/library.hpp"
 #include "reduce/population_statistics.hpp"
-#include "reduce/ring_down/ring_down_analysis.hpp"
+#include "reduce/ring_down/ring_down_fit.hpp"
 #include "run/case_model.hpp"
 #include "run/modes.hpp"
 
@@ -44,7 +44,7 @@ double frame_period(const measure::Measurement& measurement) {
 /// Eq. 1 at one height.
 struct RowRingDown {
     std::size_t row = 0;
-    reduce::RingDownAnalysis fit;
+    reduce::RingDownFit fit;
 };
 
 /// Eq. 1 at the height of the largest swing where it can be fitted, or of the sensor that it
@@ -52,19 +52,19 @@ struct RowRingDown {
 std::optional<RowRingDown> largest_ring_down(const measure::Measurement& measurement,
                                              bool has_offset, std::string& reason) {
     std::optional<RowRingDown> best;
-    reduce::RingDownAnalysisOptions options;
+    reduce::RingDownOptions options{.is_measured = true};
     options.has_phase = true;
     options.has_offset = has_offset;
     const bool has_sensors = !measurement.sensors.empty();
-    const auto merit = [&](const reduce::RingDownAnalysis& fit) {
+    const auto merit = [&](const reduce::RingDownFit& fit) {
         return has_sensors ? fit.r_squared : fit.largest_deflection * fit.r_squared;
     };
     // The upper half of the heights is enough: the lower ones swing less.
     for (std::size_t j = has_sensors ? 0 : measurement.heights.size() / 2;
          j < measurement.heights.size(); ++j) {
         try {
-            reduce::RingDownAnalysis fit =
-                reduce::analyse_ring_down(measurement.times, measurement.history(j), options);
+            reduce::RingDownFit fit =
+                reduce::fit_ring_down(measurement.times, measurement.history(j), options);
             if (!best || merit(fit) > merit(best->fit))
                 best = {j, std::move(fit)};
         } catch (const core::NumericalError& error) {
@@ -105,7 +105,7 @@ std::complex<double> reading_per_deflection(const measure::Measurement& measurem
 
 /// Amplitude (m) and phase of the tip's vibration that a ring-down of a row implies.
 std::complex<double> tip_motion(const measure::Measurement& measurement, const RowRingDown& found) {
-    const reduce::RingDownAnalysis& fit = found.fit;
+    const reduce::RingDownFit& fit = found.fit;
     return std::polar(fit.amplitude.value, fit.phase.value) /
            reading_per_deflection(
                measurement, found.row,
@@ -158,7 +158,7 @@ double released_deflection(const measure::Measurement& measurement) {
 /// the errors of a recording have terms for it (fit/errors/release.hpp).
 void release_before(const measure::Measurement& measurement, const RowRingDown& found,
                     StemModel& model) {
-    const reduce::RingDownAnalysis& ring_down = found.fit;
+    const reduce::RingDownFit& ring_down = found.fit;
     const std::complex<double> motion = tip_motion(measurement, found);
     const double period = 1.0 / ring_down.frequency.value;
     // cos(2π b2 t + φ) is at a turning point where 2π b2 t + φ = k π.

@@ -3,7 +3,6 @@
 
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"
-#include "reduce/distributions.hpp"
 #include "reduce/ring_down/ring_down_model.hpp"
 
 #include <algorithm>
@@ -11,6 +10,8 @@
 #include <numeric>
 #include <string>
 
+#include <Eigen/Core>
+#include <Eigen/QR>
 #include <fmt/format.h>
 
 namespace culm::reduce {
@@ -23,6 +24,7 @@ constexpr double fewest_periods = 0.05;
 constexpr double largest_growth_per_cycle = 1.0;
 // A frequency is refused if its 95 % interval extends farther than this share of it to either side.
 constexpr double widest_frequency_interval = 0.5;
+constexpr double adequacy_significance = 0.01;
 
 [[noreturn]] void refuse_history(const std::string& sentence) {
     throw core::NumericalError(core::FailureKind::FitFailed, sentence);
@@ -63,14 +65,19 @@ void check_input(std::span<const double> times, std::span<const double> deflecti
     }
 }
 
+FreeRingDownParameters free_parameters(const RingDownOptions& options) {
+    return {options.amplitude_is_free, options.has_phase, options.has_offset};
+}
+
 PreparedHistory prepare(std::span<const double> times, std::span<const double> deflections,
-                        const RingDownFitOptions& options) {
+                        const RingDownOptions& options) {
     check_input(times, deflections);
     const double tolerance = times.empty() ? 0.0 : 1e-9 * (times.back() - times.front());
     PreparedHistory history;
     std::size_t first = 0;
     for (std::size_t i = 0; i < times.size(); ++i) {
-        if (times[i] < -tolerance || (options.window && times[i] > *options.window + tolerance))
+        if (times[i] < -tolerance || (options.window && times[i] > *options.window + tolerance) ||
+            (options.is_measured && std::isnan(deflections[i])))
             continue;
         if (!std::isfinite(deflections[i]))
             refuse_history(fmt::format("the deflection at {:g} s is not finite", times[i]));
@@ -80,7 +87,7 @@ PreparedHistory prepare(std::span<const double> times, std::span<const double> d
         history.samples.values.push_back(deflections[i]);
         history.scale = std::max(history.scale, std::abs(deflections[i]));
     }
-    const std::size_t needed = options.amplitude_is_free ? 5 : 4;
+    const auto needed = static_cast<std::size_t>(free_parameters(options).count()) + 2;
     if (history.samples.times.size() < needed)
         refuse_history(
             fmt::format("Eq. 1 needs at least {} samples after the release, the history has {}",
@@ -98,22 +105,30 @@ PreparedHistory prepare(std::span<const double> times, std::span<const double> d
     return history;
 }
 
-RefinedRingDown best_minimum(const PreparedHistory& history, const RingDownFitOptions& options) {
-    // The sum of squares has a minimum near every frequency of the history, so each start is
-    // refined. Frequencies from half the sampling rate on have a lower alias with the same samples.
+/// Mean over the last tenth of the record, where the motion has decayed most.
+double rest_level(const std::vector<double>& values) {
+    const std::size_t tail = std::max<std::size_t>(1, values.size() / 10);
+    return std::accumulate(values.end() - static_cast<std::ptrdiff_t>(tail), values.end(), 0.0) /
+           static_cast<double>(tail);
+}
+
+RingDownMinimum best_minimum(const PreparedHistory& history, RingDownProblem& problem,
+                             const RingDownOptions& options) {
+    const double offset = options.has_offset ? rest_level(history.samples.values) : 0.0;
+    RingDownSamples about_rest = history.samples;
+    for (double& value : about_rest.values)
+        value -= offset;
     const double highest_frequency =
         0.5 / core::median_interval(history.samples.times) * (1.0 + 1e-9);
-    std::optional<RefinedRingDown> best;
-    for (RingDownParameters start :
-         ring_down_starts(history.samples, options.largest_decay_per_cycle)) {
+    std::optional<RingDownMinimum> best;
+    for (RingDownParameters start : ring_down_starts(about_rest, options.largest_decay_per_cycle)) {
+        start.offset = offset;
         if (!options.amplitude_is_free)
             start.amplitude = history.value_at_release;
-        const std::optional<RefinedRingDown> refined =
-            refine_ring_down(history.samples, start, options.amplitude_is_free);
-        if (!refined || refined->parameters.frequency > highest_frequency)
-            continue;
-        if (!best || refined->residual_sum_of_squares < best->residual_sum_of_squares)
-            best = refined;
+        const std::optional<RingDownMinimum> found = minimum_from(problem, start);
+        if (found && found->parameters.frequency <= highest_frequency &&
+            (!best || found->sum_of_squares < best->sum_of_squares))
+            best = found;
     }
     if (!best)
         refuse_history("no frequency up to half the sampling rate explains the history");
@@ -121,7 +136,7 @@ RefinedRingDown best_minimum(const PreparedHistory& history, const RingDownFitOp
 }
 
 void check_motion(const RingDownParameters& found, double duration,
-                  const RingDownFitOptions& options) {
+                  const RingDownOptions& options) {
     const double periods = found.frequency * duration;
     if (!(periods >= fewest_periods))
         refuse_history(
@@ -140,14 +155,121 @@ void check_motion(const RingDownParameters& found, double duration,
                         found.frequency, decay, options.largest_decay_per_cycle));
 }
 
-void set_uncertainties(const Eigen::Matrix3d& covariance, double factor, RingDownFit& fit) {
-    fit.amplitude_uncertainty = estimate(fit.amplitude, covariance(0, 0), factor);
-    fit.decay_rate_uncertainty = estimate(fit.decay_rate, covariance(1, 1), factor);
-    fit.frequency_uncertainty = estimate(fit.frequency, covariance(2, 2), factor);
-    // Propagated to first order through b1/b2, with the covariance of both.
-    const Eigen::Vector3d gradient(0.0, 1.0 / fit.frequency, -fit.decay_per_cycle / fit.frequency);
-    fit.decay_per_cycle_uncertainty =
-        estimate(fit.decay_per_cycle, gradient.dot(covariance * gradient), factor);
+/// Covariances of the same fit by three assumptions, each (parameters, parameters).
+struct FitCovariances {
+    Eigen::MatrixXd independent; ///< residuals independent, of one variance
+    Eigen::MatrixXd stationary;  ///< residuals correlated the same way everywhere; empty: not asked
+    Eigen::MatrixXd newey_west;  ///< any weak correlation and any variance (Newey & West 1987)
+
+    /// Largest variance of the linear combination `direction` of the parameters.
+    [[nodiscard]] double variance(const Eigen::VectorXd& direction) const {
+        double largest = direction.dot(independent * direction);
+        if (stationary.size() > 0)
+            largest = std::max({largest, direction.dot(stationary * direction),
+                                direction.dot(newey_west * direction)});
+        return largest;
+    }
+};
+
+/// Σ w(lag) Σ_t (a_t b_{t+lag}ᵀ + transpose) over the rows of `rows`; lag 0 once.
+Eigen::MatrixXd lagged_sum(const Eigen::MatrixXd& rows, std::span<const double> weights) {
+    const Eigen::Index n = rows.rows();
+    Eigen::MatrixXd sum = weights[0] * (rows.transpose() * rows);
+    for (std::size_t lag = 1; lag < weights.size(); ++lag) {
+        const auto shift = static_cast<Eigen::Index>(lag);
+        if (shift >= n)
+            break;
+        const Eigen::MatrixXd product =
+            rows.topRows(n - shift).transpose() * rows.bottomRows(n - shift);
+        sum += weights[lag] * (product + product.transpose());
+    }
+    return sum;
+}
+
+/// (JᵀJ)⁻¹ by QR of the scaled columns; refuses a Jacobian that is rank deficient.
+Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& jacobian) {
+    const Eigen::Index count = jacobian.cols();
+    const Eigen::VectorXd scale = jacobian.colwise().norm();
+    const char* reason = "the history does not determine all parameters of Eq. 1";
+    if (!(scale.minCoeff() > 0.0))
+        refuse_history(reason);
+    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian *
+                                                         scale.cwiseInverse().asDiagonal());
+    if (qr.rank() < count)
+        refuse_history(reason);
+    Eigen::MatrixXd root = Eigen::MatrixXd::Identity(count, count);
+    qr.matrixR().topLeftCorner(count, count).triangularView<Eigen::Upper>().solveInPlace(root);
+    root = scale.cwiseInverse().asDiagonal() * (qr.colsPermutation() * root);
+    return root * root.transpose();
+}
+
+/// Correlations are used up to `lags` samples, with Bartlett's weights; 0: none are expected. All
+/// are scaled by n/(n − parameters).
+FitCovariances fit_covariances(const RingDownProblem& problem, std::size_t lags) {
+    const Eigen::MatrixXd& jacobian = problem.jacobian();
+    const Eigen::VectorXd& residuals = problem.residuals();
+    const auto n = static_cast<double>(jacobian.rows());
+    const double freedom = n - static_cast<double>(jacobian.cols());
+    const Eigen::MatrixXd bread = inverse_normal_matrix(jacobian);
+    FitCovariances covariances{problem.sum_of_squares() / freedom * bread, {}, {}};
+    if (lags == 0)
+        return covariances;
+    // The sandwich (JᵀJ)⁻¹ M (JᵀJ)⁻¹ with M the covariance of Jᵀe.
+    std::vector<double> covariance = autocovariance(
+        std::span(residuals.data(), static_cast<std::size_t>(residuals.size())), lags);
+    std::vector<double> weights(covariance.size());
+    for (std::size_t lag = 0; lag < weights.size(); ++lag) {
+        weights[lag] = 1.0 - static_cast<double>(lag) / static_cast<double>(lags + 1);
+        covariance[lag] *= weights[lag];
+    }
+    const Eigen::MatrixXd scores = jacobian.array().colwise() * residuals.array();
+    covariances.stationary = n / freedom * (bread * lagged_sum(jacobian, covariance) * bread);
+    covariances.newey_west = n / freedom * (bread * lagged_sum(scores, weights) * bread);
+    return covariances;
+}
+
+/// Lags of the correlation: one period, but at most a fifth of the record.
+std::size_t lags_of(const RingDownSamples& samples, double frequency) {
+    const double period = 1.0 / (frequency * core::median_interval(samples.times));
+    const auto n = static_cast<double>(samples.times.size());
+    const double automatic = 4.0 * std::pow(n / 100.0, 2.0 / 9.0); // Newey & West (1994)
+    return static_cast<std::size_t>(
+        std::clamp(std::ceil(std::max(period, automatic)), 1.0, std::max(1.0, n / 5.0)));
+}
+
+/// Values with intervals by the covariances of the free parameters, to first order.
+void set_estimates(const RingDownParameters& at, const FreeRingDownParameters& free,
+                   const FitCovariances& covariances, double scale, RingDownFit& fit) {
+    const double factor = student_t_factor(fit.samples - static_cast<std::size_t>(free.count()));
+    const auto estimated = [&](double value, double unit, const Eigen::VectorXd& direction) {
+        return estimate(unit * value, unit * unit * covariances.variance(direction), factor);
+    };
+    const Eigen::Index b1 = free.decay();
+    const Eigen::VectorXd none = Eigen::VectorXd::Zero(free.count());
+    const auto along = [&](Eigen::Index index) {
+        return Eigen::VectorXd::Unit(none.size(), index);
+    };
+    fit.decay_rate = estimated(at.decay_rate, 1.0, along(b1));
+    fit.frequency = estimated(at.frequency, 1.0, along(b1 + 1));
+    Eigen::VectorXd ratio = none; // gradient of b1/b2
+    ratio[b1] = 1.0 / at.frequency;
+    ratio[b1 + 1] = -at.decay_rate / (at.frequency * at.frequency);
+    fit.decay_per_cycle = estimated(at.decay_rate / at.frequency, 1.0, ratio);
+    fit.independent_decay_error = std::sqrt(ratio.dot(covariances.independent * ratio));
+    const double amplitude = std::copysign(std::hypot(at.amplitude, at.quadrature), at.amplitude);
+    Eigen::VectorXd of_amplitude = none;
+    Eigen::VectorXd of_phase = none;
+    if (free.amplitude)
+        of_amplitude[0] = at.amplitude / amplitude;
+    if (free.quadrature) {
+        of_amplitude[b1 + 2] = at.quadrature / amplitude;
+        of_phase[0] = -at.quadrature / (amplitude * amplitude);
+        of_phase[b1 + 2] = at.amplitude / (amplitude * amplitude);
+        fit.phase = estimated(std::atan(at.quadrature / at.amplitude), 1.0, of_phase);
+    }
+    fit.amplitude = estimated(amplitude, scale, of_amplitude);
+    if (free.offset)
+        fit.offset = estimated(at.offset, scale, along(free.count() - 1));
 }
 
 double sum_of_squares_about_mean(const std::vector<double>& values) {
@@ -159,43 +281,73 @@ double sum_of_squares_about_mean(const std::vector<double>& values) {
     return sum;
 }
 
+/// Tests whether the residuals are larger than the noise (χ²), correlated (Ljung & Box 1978), or of
+/// one sign for too long (runs; Wald & Wolfowitz 1940).
+RingDownAdequacy adequacy_of(const std::vector<double>& residuals, std::size_t lags,
+                             std::size_t parameters, const std::optional<double>& noise) {
+    RingDownAdequacy adequacy;
+    adequacy.ljung_box_p_value = ljung_box_p_value(residuals, lags);
+    adequacy.runs_p_value = runs_p_value(residuals);
+    std::vector<std::string> reasons;
+    if (noise && residuals.size() > parameters) {
+        double sum = 0.0;
+        for (const double residual : residuals)
+            sum += residual * residual;
+        const double freedom = static_cast<double>(residuals.size() - parameters);
+        sum /= *noise * *noise;
+        adequacy.reduced_chi_squared = sum / freedom;
+        adequacy.chi_squared_p_value = chi_squared_p_value(sum, freedom);
+        if (*adequacy.chi_squared_p_value < adequacy_significance)
+            reasons.push_back(
+                fmt::format("residuals {:.2g} x noise", std::sqrt(*adequacy.reduced_chi_squared)));
+    }
+    if (std::min(adequacy.ljung_box_p_value, adequacy.runs_p_value) < adequacy_significance)
+        reasons.emplace_back("correlated");
+    adequacy.is_adequate = reasons.empty();
+    for (const std::string& reason : reasons)
+        adequacy.reason += (adequacy.reason.empty() ? "" : ", ") + reason;
+    return adequacy;
+}
+
 } // namespace
 
 RingDownFit fit_ring_down(std::span<const double> times, std::span<const double> deflections,
-                          const RingDownFitOptions& options) {
+                          const RingDownOptions& options) {
     const PreparedHistory history = prepare(times, deflections, options);
-    RefinedRingDown best = best_minimum(history, options);
-    check_motion(best.parameters, history.samples.times.back(), options);
-    if (!polish_ring_down(history.samples, options.amplitude_is_free, best))
-        refuse_history(
-            "the fit of Eq. 1 does not converge: the history does not determine its parameters");
-    check_motion(best.parameters, history.samples.times.back(), options);
-    const std::optional<Eigen::Matrix3d> covariance =
-        ring_down_covariance(history.samples, options.amplitude_is_free, best);
-    if (!covariance)
-        refuse_history("the history does not determine all parameters of Eq. 1");
+    const RingDownSamples& samples = history.samples;
+    const FreeRingDownParameters free = free_parameters(options);
+    RingDownProblem problem(samples, free);
+    const RingDownMinimum best = best_minimum(history, problem, options);
+    check_motion(best.parameters, samples.times.back(), options);
+    problem.evaluate(best.parameters);
+    problem.evaluate_jacobian();
+    const std::size_t lags = lags_of(samples, best.parameters.frequency);
+    const FitCovariances covariances = fit_covariances(problem, options.is_measured ? lags : 0);
 
-    const std::size_t samples = history.samples.times.size();
     RingDownFit fit;
-    fit.amplitude = best.parameters.amplitude;
-    fit.decay_rate = best.parameters.decay_rate;
-    fit.frequency = best.parameters.frequency;
-    fit.decay_per_cycle = fit.decay_rate / fit.frequency;
-    fit.deflection_scale = history.scale;
-    fit.rms_residual = std::sqrt(best.residual_sum_of_squares / static_cast<double>(samples));
-    // R² = 1 − SS_residual/SS_about_mean; Eq. 1 has no constant, so that it can be negative.
-    fit.r_squared =
-        1.0 - best.residual_sum_of_squares / sum_of_squares_about_mean(history.samples.values);
+    fit.samples = samples.times.size();
     fit.iterations = best.iterations;
-    fit.samples = samples;
-    const std::size_t free_parameters = options.amplitude_is_free ? 3 : 2;
-    set_uncertainties(*covariance, student_t_factor(samples - free_parameters), fit);
-    const double reach = fit.frequency - fit.frequency_uncertainty.lower;
-    if (!(reach <= widest_frequency_interval * fit.frequency))
+    fit.largest_deflection = history.scale;
+    set_estimates(best.parameters, free, covariances, history.scale, fit);
+    const auto n = static_cast<double>(fit.samples);
+    fit.rms_residual = history.scale * std::sqrt(best.sum_of_squares / n);
+    // R² = 1 − SS_residual/SS_about_mean; Eq. 1 has no constant, so that it can be negative.
+    fit.r_squared = 1.0 - best.sum_of_squares / sum_of_squares_about_mean(samples.values);
+    const Eigen::Index b2 = free.decay() + 1;
+    const double error = std::sqrt(covariances.independent(b2, b2));
+    const double reach =
+        error * student_t_factor(fit.samples - static_cast<std::size_t>(free.count()));
+    if (!(reach <= widest_frequency_interval * fit.frequency.value))
         refuse_history(
             fmt::format("the history is too short or too noisy to determine the frequency: "
                         "{:.4g} Hz with a standard error of {:.2g} Hz from {} samples",
-                        fit.frequency, fit.frequency_uncertainty.standard_error, samples));
+                        fit.frequency.value, error, fit.samples));
+    if (!options.is_measured)
+        return fit;
+    for (const double residual : problem.residuals())
+        fit.residuals.push_back(-history.scale * residual);
+    fit.adequacy =
+        adequacy_of(fit.residuals, lags, static_cast<std::size_t>(free.count()), options.noise);
     return fit;
 }
 

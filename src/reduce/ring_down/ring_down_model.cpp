@@ -7,8 +7,6 @@
 #include <numbers>
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
-#include <ceres/tiny_solver.h>
 
 namespace culm::reduce {
 
@@ -30,73 +28,37 @@ double equal_interval(const Eigen::ArrayXd& times) {
     return interval;
 }
 
-/// A fixed amplitude: its equation becomes "step = 0".
-void fix_amplitude(Eigen::Vector3d& gradient, Eigen::Matrix3d& matrix) {
-    gradient[0] = 0.0;
-    matrix.row(0).setZero();
-    matrix.col(0).setZero();
-    matrix(0, 0) = 1.0;
-}
-
-/// The Newton step, or the Gauss-Newton step where the Hessian is not positive definite.
-Eigen::Vector3d minimising_step(const RingDownCurvature& at) {
-    const Eigen::Vector3d scale = at.gauss_newton.diagonal().cwiseSqrt().cwiseInverse();
-    const auto scaled_step = [&](const Eigen::Matrix3d& matrix, bool& is_definite) {
-        const Eigen::LLT<Eigen::Matrix3d> factor(scale.asDiagonal() * matrix * scale.asDiagonal());
-        is_definite = factor.info() == Eigen::Success;
-        const Eigen::Vector3d step = -factor.solve(scale.cwiseProduct(at.gradient));
-        return Eigen::Vector3d(scale.cwiseProduct(step));
+/// The larger of the damped Newton step and, where the Hessian is not positive definite, the damped
+/// Gauss-Newton step; in units in which JᵀJ has ones on its diagonal.
+Eigen::VectorXd minimising_step(const RingDownProblem& problem, const Eigen::MatrixXd& hessian,
+                                double damping) {
+    const Eigen::MatrixXd& jacobian = problem.jacobian();
+    const Eigen::VectorXd scale = jacobian.colwise().norm().cwiseInverse();
+    const Eigen::VectorXd gradient = jacobian.transpose() * problem.residuals();
+    const auto scaled = [&](Eigen::MatrixXd matrix) {
+        matrix = scale.asDiagonal() * matrix * scale.asDiagonal();
+        matrix.diagonal().array() += damping;
+        return Eigen::LLT<Eigen::MatrixXd>(matrix);
     };
-    bool is_definite = false;
-    Eigen::Vector3d step = scaled_step(at.newton, is_definite);
-    if (!is_definite)
-        step = scaled_step(at.gauss_newton, is_definite);
-    return step;
+    Eigen::LLT<Eigen::MatrixXd> factor = scaled(hessian);
+    if (factor.info() != Eigen::Success)
+        factor = scaled(jacobian.transpose() * jacobian);
+    return -scale.cwiseProduct(factor.solve(scale.cwiseProduct(gradient)));
 }
 
 /// Largest step relative to its parameter; the decay's scale does not fall below 1e-3 per cycle,
-/// because an undamped motion has a decay of zero.
-double relative_size(const Eigen::Vector3d& step, const RingDownParameters& at) {
+/// because an undamped motion has a decay of zero. Phase and offset refer to the amplitude.
+double relative_size(const Eigen::VectorXd& step, const FreeRingDownParameters& free,
+                     const RingDownParameters& at) {
+    const double amplitude = std::hypot(at.amplitude, at.quadrature);
     const double decay_scale = std::max(std::abs(at.decay_rate), 1e-3 * at.frequency);
-    return std::max({std::abs(step[0] / at.amplitude), std::abs(step[1]) / decay_scale,
-                     std::abs(step[2] / at.frequency)});
+    double size = std::max(std::abs(step[free.decay()]) / decay_scale,
+                           std::abs(step[free.decay() + 1] / at.frequency));
+    for (Eigen::Index k = 0; k < step.size(); ++k)
+        if (k < free.decay() || k > free.decay() + 1)
+            size = std::max(size, std::abs(step[k]) / amplitude);
+    return size;
 }
-
-/// Residuals of Eq. 1 by b0 and by b1 and b2 per period of the start; all three are of order one.
-class ScaledResiduals {
-  public:
-    using Scalar = double;
-    static constexpr int NUM_RESIDUALS = Eigen::Dynamic;
-    static constexpr int NUM_PARAMETERS = 3;
-
-    ScaledResiduals(const RingDownSamples& samples, double rate, bool amplitude_is_free)
-        : model_(samples), rate_(rate), amplitude_is_free_(amplitude_is_free) {}
-
-    [[nodiscard]] RingDownParameters parameters(const double* x) const {
-        return {x[0], x[1] * rate_, x[2] * rate_};
-    }
-    [[nodiscard]] int NumResiduals() const {
-        return static_cast<int>(model_.basis().times().size());
-    }
-    /// The interface of ceres::TinySolver; a fixed amplitude has no derivative.
-    bool operator()(const double* x, double* residuals, double* jacobian) const {
-        const RingDownParameters at = parameters(x);
-        model_.evaluate_residuals(at);
-        Eigen::Map<Eigen::ArrayXd>(residuals, NumResiduals()) = model_.residuals();
-        if (jacobian != nullptr) {
-            model_.evaluate_jacobian(at);
-            Eigen::Map<Eigen::Matrix<double, Eigen::Dynamic, 3>>(jacobian, NumResiduals(), 3) =
-                model_.jacobian() *
-                Eigen::Vector3d(amplitude_is_free_ ? 1.0 : 0.0, rate_, rate_).asDiagonal();
-        }
-        return true;
-    }
-
-  private:
-    mutable RingDownLinearisation model_;
-    double rate_;
-    bool amplitude_is_free_;
-};
 
 } // namespace
 
@@ -140,109 +102,118 @@ void RingDownBasis::evaluate_blockwise(double decay_rate, double angular_frequen
     }
 }
 
-RingDownCurvature curvature(RingDownLinearisation& model, const RingDownParameters& at,
-                            bool amplitude_is_free) {
-    model.evaluate_residuals(at);
-    model.evaluate_jacobian(at);
-    const Eigen::ArrayXd& residuals = model.residuals();
-    const Eigen::ArrayXd& times = model.basis().times();
-    RingDownCurvature sum;
-    sum.residual_sum_of_squares = residuals.square().sum();
-    sum.gradient = model.jacobian().transpose() * residuals.matrix();
-    sum.gauss_newton = model.gram_matrix();
-    // The Hessian of ½ Σ r² is JᵀJ + Σ r ∂²y/∂p_i ∂p_j, and with c = e^(b1 t) cos(2π b2 t) and
-    // s = e^(b1 t) sin(2π b2 t) the second derivatives of y = b0 c by (b0, b1, b2) are
-    //   0      t c      −2π t s
-    //   t c    b0 t² c  −2π b0 t² s
-    //   −2π t s  −2π b0 t² s  −(2π)² b0 t² c.
-    const double in_phase = (residuals * times * model.basis().in_phase()).sum();
-    const double quadrature = (residuals * times * model.basis().quadrature()).sum();
-    const double square_in_phase = (residuals * times.square() * model.basis().in_phase()).sum();
-    const double square_quadrature =
-        (residuals * times.square() * model.basis().quadrature()).sum();
-    Eigen::Matrix3d second;
-    second(0, 0) = 0.0;
-    second(0, 1) = second(1, 0) = in_phase;
-    second(0, 2) = second(2, 0) = -two_pi * quadrature;
-    second(1, 1) = at.amplitude * square_in_phase;
-    second(1, 2) = second(2, 1) = -two_pi * at.amplitude * square_quadrature;
-    second(2, 2) = -two_pi * two_pi * at.amplitude * square_in_phase;
-    sum.newton = sum.gauss_newton + second;
-    if (!amplitude_is_free) {
-        fix_amplitude(sum.gradient, sum.gauss_newton);
-        fix_amplitude(sum.gradient, sum.newton);
+RingDownProblem::RingDownProblem(const RingDownSamples& samples, const FreeRingDownParameters& free)
+    : free_(free), basis_(samples.times),
+      values_(samples.values.data(), static_cast<Eigen::Index>(samples.values.size())),
+      jacobian_(values_.size(), free.count()) {}
+
+void RingDownProblem::evaluate(const RingDownParameters& at) {
+    basis_.evaluate(at.decay_rate, at.frequency);
+    motion_ = at.amplitude * basis_.in_phase() - at.quadrature * basis_.quadrature();
+    conjugate_ = at.amplitude * basis_.quadrature() + at.quadrature * basis_.in_phase();
+    residuals_ = (motion_ + at.offset).matrix() - values_;
+}
+
+void RingDownProblem::evaluate_jacobian() {
+    Eigen::Index column = 0;
+    if (free_.amplitude)
+        jacobian_.col(column++) = basis_.in_phase();
+    jacobian_.col(column++) = basis_.times() * motion_;
+    jacobian_.col(column++) = -two_pi * basis_.times() * conjugate_;
+    if (free_.quadrature)
+        jacobian_.col(column++) = -basis_.quadrature();
+    if (free_.offset)
+        jacobian_.col(column).setOnes();
+}
+
+Eigen::MatrixXd RingDownProblem::hessian() const {
+    // JᵀJ + Σ r ∂²y/∂p_i ∂p_j. With C = e^(b1 t) cos 2π b2 t, S likewise, m = c C − s S and
+    // q = c S + s C, the second derivatives of y that are not 0 are
+    //   (b1, b1) t² m   (b1, b2) −2π t² q   (b2, b2) −(2π)² t² m
+    //   (c, b1) t C     (c, b2) −2π t S     (s, b1) −t S     (s, b2) −2π t C.
+    Eigen::MatrixXd hessian = jacobian_.transpose() * jacobian_;
+    const Eigen::ArrayXd weighted = residuals_.array() * basis_.times();
+    const Eigen::ArrayXd squares = weighted * basis_.times();
+    const double in_phase = (weighted * basis_.in_phase()).sum();
+    const double quadrature = (weighted * basis_.quadrature()).sum();
+    const double motion = (squares * motion_).sum();
+    const double conjugate = (squares * conjugate_).sum();
+    const Eigen::Index b1 = free_.decay();
+    const Eigen::Index b2 = b1 + 1;
+    const auto add = [&hessian](Eigen::Index i, Eigen::Index j, double value) {
+        hessian(i, j) += value;
+        if (i != j)
+            hessian(j, i) += value;
+    };
+    add(b1, b1, motion);
+    add(b1, b2, -two_pi * conjugate);
+    add(b2, b2, -two_pi * two_pi * motion);
+    if (free_.amplitude) {
+        add(0, b1, in_phase);
+        add(0, b2, -two_pi * quadrature);
     }
-    return sum;
+    if (free_.quadrature) {
+        add(b2 + 1, b1, -quadrature);
+        add(b2 + 1, b2, -two_pi * in_phase);
+    }
+    return hessian;
 }
 
-std::optional<RefinedRingDown> refine_ring_down(const RingDownSamples& samples,
-                                                const RingDownParameters& start,
-                                                bool amplitude_is_free) {
-    const ScaledResiduals residuals(samples, start.frequency, amplitude_is_free);
-    ceres::TinySolver<ScaledResiduals> solver;
-    solver.options.max_num_iterations = 200;
-    // Rounding level; polish_ring_down refines the last digits.
-    solver.options.gradient_tolerance = solver.options.function_tolerance = 1e-14;
-    solver.options.parameter_tolerance = 1e-12;
-    solver.options.cost_threshold = 0.0;
-    Eigen::Vector3d x(start.amplitude, start.decay_rate / start.frequency, 1.0);
-    solver.Solve(residuals, &x);
-    if (!std::isfinite(solver.summary.final_cost))
-        return std::nullopt;
-    RefinedRingDown refined;
-    refined.parameters = residuals.parameters(x.data());
-    refined.parameters.frequency = std::abs(refined.parameters.frequency);
-    refined.residual_sum_of_squares = 2.0 * solver.summary.final_cost;
-    refined.iterations = solver.summary.iterations;
-    return refined;
+RingDownParameters RingDownProblem::moved(RingDownParameters at,
+                                          const Eigen::VectorXd& step) const {
+    Eigen::Index k = 0;
+    if (free_.amplitude)
+        at.amplitude += step[k++];
+    at.decay_rate += step[k++];
+    at.frequency += step[k++];
+    if (free_.quadrature)
+        at.quadrature += step[k++];
+    if (free_.offset)
+        at.offset += step[k];
+    return at;
 }
 
-bool polish_ring_down(const RingDownSamples& samples, bool amplitude_is_free,
-                      RefinedRingDown& refined) {
-    constexpr int most_iterations = 12;
+std::optional<RingDownMinimum> minimum_from(RingDownProblem& problem,
+                                            const RingDownParameters& start) {
+    constexpr int most_iterations = 200;
     constexpr double rounding = 1e-14;
+    constexpr double converged = 1e-10;
+    constexpr double most_damping = 1e10;
+    RingDownMinimum found{start, 0.0, 0};
+    double damping = 1e-3;
     double previous = std::numeric_limits<double>::infinity();
-    RingDownLinearisation model(samples);
     for (int iteration = 0; iteration < most_iterations; ++iteration) {
-        RingDownParameters& at = refined.parameters;
-        const RingDownCurvature here = curvature(model, at, amplitude_is_free);
-        refined.residual_sum_of_squares = here.residual_sum_of_squares;
-        const Eigen::Vector3d step = minimising_step(here);
-        const double size = relative_size(step, at);
-        // Small steps that no longer shrink consist of rounding.
-        if (!(size > rounding) || (size < 1e-10 && size > 0.1 * previous))
-            return std::isfinite(size);
-        at = {at.amplitude + step[0], at.decay_rate + step[1], at.frequency + step[2]};
+        problem.evaluate(found.parameters);
+        problem.evaluate_jacobian();
+        found.sum_of_squares = problem.sum_of_squares();
+        const Eigen::MatrixXd hessian = problem.hessian();
+        RingDownParameters next;
+        double size = 0.0;
+        for (;; damping = std::max(10.0 * damping, 1e-6)) {
+            const Eigen::VectorXd step = minimising_step(problem, hessian, damping);
+            size = relative_size(step, problem.free(), found.parameters);
+            // Small steps that no longer shrink consist of rounding.
+            if (!(size > rounding) || (size < converged && size > 0.1 * previous) ||
+                damping > most_damping) {
+                return std::isfinite(size) && size < converged ? std::optional(found)
+                                                               : std::nullopt;
+            }
+            next = problem.moved(found.parameters, step);
+            problem.evaluate(next);
+            if (problem.sum_of_squares() <= found.sum_of_squares * (1.0 + rounding))
+                break;
+            problem.evaluate(found.parameters); // as the Jacobian is
+        }
+        found.parameters = next;
+        if (next.frequency < 0.0) { // the same motion
+            found.parameters.frequency = -next.frequency;
+            found.parameters.quadrature = -next.quadrature;
+        }
         previous = size;
-        ++refined.iterations;
+        ++found.iterations;
+        damping = damping < 1e-6 ? 0.0 : 0.1 * damping;
     }
-    return previous < 1e-10;
-}
-
-std::optional<Eigen::Matrix3d> ring_down_covariance(const RingDownSamples& samples,
-                                                    bool amplitude_is_free,
-                                                    const RefinedRingDown& refined) {
-    const int first = amplitude_is_free ? 0 : 1;
-    const int free = 3 - first;
-    const auto rows = static_cast<Eigen::Index>(samples.times.size());
-    RingDownLinearisation model(samples);
-    model.evaluate_residuals(refined.parameters);
-    model.evaluate_jacobian(refined.parameters);
-    const Eigen::MatrixXd jacobian = model.jacobian().rightCols(free);
-    const Eigen::VectorXd scale = jacobian.colwise().norm();
-    if (!(scale.minCoeff() > 0.0))
-        return std::nullopt;
-    const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(jacobian *
-                                                         scale.cwiseInverse().asDiagonal());
-    if (qr.rank() < free)
-        return std::nullopt;
-    Eigen::MatrixXd root = Eigen::MatrixXd::Identity(free, free);
-    qr.matrixR().topLeftCorner(free, free).triangularView<Eigen::Upper>().solveInPlace(root);
-    root = scale.cwiseInverse().asDiagonal() * (qr.colsPermutation() * root);
-    const double variance = refined.residual_sum_of_squares / static_cast<double>(rows - free);
-    Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-    covariance.bottomRightCorner(free, free) = variance * root * root.transpose();
-    return covariance;
+    return std::nullopt;
 }
 
 } // namespace culm::reduce

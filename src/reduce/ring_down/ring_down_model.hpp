@@ -1,6 +1,17 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Eq. 1 of Schramm et al. (2019), y(t) = b0 exp(b1 t) cos(2π b2 t), its derivatives, and the exact
-// minimum of its sum of squares.
+// Eq. 1 of Schramm et al. (2019) with a phase and an offset, and the minimum of its sum of squares.
+//
+// With c = b0 cos φ and s = b0 sin φ,
+//
+//     y(t) = offset + e^(b1 t) (c cos 2π b2 t − s sin 2π b2 t)
+//
+// is linear in c, s and the offset. The minimum is found by Newton's method with the exact Hessian,
+// which converges quadratically where Gauss-Newton slows down because of large residuals; where the
+// Hessian is not positive definite or a step increases the sum, Levenberg-Marquardt takes over.
+//
+// Traps. The sum of squares has a minimum near every frequency of the history: a fit needs the
+// starts of ring_down_starts(). Frequencies from half the sampling rate on have a lower alias with
+// the same samples.
 #pragma once
 
 #include <numbers>
@@ -20,11 +31,27 @@ struct RingDownSamples {
     std::vector<double> values;
 };
 
-/// b0, b1 (1/time), b2 (1/time).
+/// c, b1 (1/time), b2 (1/time), s and the offset.
 struct RingDownParameters {
-    double amplitude = 0.0;
+    double amplitude = 0.0; ///< c: b0 without a phase
     double decay_rate = 0.0;
     double frequency = 0.0;
+    double quadrature = 0.0; ///< s
+    double offset = 0.0;
+};
+
+/// Which parameters are fitted: b1 and b2 always.
+struct FreeRingDownParameters {
+    bool amplitude = true;
+    bool quadrature = false;
+    bool offset = false;
+
+    [[nodiscard]] Eigen::Index count() const {
+        return 2 + (amplitude ? 1 : 0) + (quadrature ? 1 : 0) + (offset ? 1 : 0);
+    }
+    /// Index of b1 among the free parameters; that of b2 follows. c is the first, then after b2 s
+    /// and the offset.
+    [[nodiscard]] Eigen::Index decay() const { return amplitude ? 1 : 0; }
 };
 
 /// e^(b1 t) cos(2π b2 t) and e^(b1 t) sin(2π b2 t). At equally spaced times two exponentials and
@@ -50,47 +77,46 @@ class RingDownBasis {
     Eigen::ArrayXd quadrature_;
 };
 
-/// Eq. 1 at all samples, and its gradient.
-class RingDownLinearisation {
+/// The sum of squares of a history and its derivatives by the free parameters.
+class RingDownProblem {
   public:
-    explicit RingDownLinearisation(const RingDownSamples& samples)
-        : basis_(samples.times),
-          values_(Eigen::Map<const Eigen::ArrayXd>(samples.values.data(), basis_.times().size())),
-          jacobian_(basis_.times().size(), 3) {}
+    RingDownProblem(const RingDownSamples& samples, const FreeRingDownParameters& free);
 
-    void evaluate_residuals(const RingDownParameters& at) {
-        basis_.evaluate(at.decay_rate, at.frequency);
-        residuals_ = at.amplitude * basis_.in_phase() - values_;
-    }
-    /// To be called after evaluate_residuals with the same parameters.
-    void evaluate_jacobian(const RingDownParameters& at) {
-        jacobian_.col(0) = basis_.in_phase();
-        jacobian_.col(1) = at.amplitude * basis_.times() * basis_.in_phase();
-        jacobian_.col(2) = -two_pi * at.amplitude * basis_.times() * basis_.quadrature();
-    }
+    /// Sets residuals (model − value) and sum_of_squares.
+    void evaluate(const RingDownParameters& at);
+    /// Sets jacobian, at the parameters that were evaluated.
+    void evaluate_jacobian();
+    /// ∂²(½ Σ r²)/∂p², after evaluate_jacobian.
+    [[nodiscard]] Eigen::MatrixXd hessian() const;
 
-    [[nodiscard]] const RingDownBasis& basis() const { return basis_; }
-    [[nodiscard]] const Eigen::ArrayXd& residuals() const { return residuals_; }
-    /// (samples, 3): by b0, b1, b2.
-    [[nodiscard]] const Eigen::Matrix<double, Eigen::Dynamic, 3>& jacobian() const {
-        return jacobian_;
-    }
-
-    /// JᵀJ; by single products, which for three columns are cheaper than a blocked one.
-    [[nodiscard]] Eigen::Matrix3d gram_matrix() const {
-        Eigen::Matrix3d gram;
-        for (Eigen::Index i = 0; i < 3; ++i)
-            for (Eigen::Index j = 0; j <= i; ++j)
-                gram(i, j) = gram(j, i) = jacobian_.col(i).dot(jacobian_.col(j));
-        return gram;
-    }
+    [[nodiscard]] const FreeRingDownParameters& free() const { return free_; }
+    [[nodiscard]] const Eigen::VectorXd& residuals() const { return residuals_; } ///< (samples)
+    [[nodiscard]] const Eigen::MatrixXd& jacobian() const { return jacobian_; } ///< (samples, free)
+    [[nodiscard]] double sum_of_squares() const { return residuals_.squaredNorm(); }
+    /// The parameters after a step of the free ones.
+    [[nodiscard]] RingDownParameters moved(RingDownParameters at,
+                                           const Eigen::VectorXd& step) const;
 
   private:
+    FreeRingDownParameters free_;
     RingDownBasis basis_;
-    Eigen::ArrayXd values_;
-    Eigen::ArrayXd residuals_;
-    Eigen::Matrix<double, Eigen::Dynamic, 3> jacobian_;
+    Eigen::Map<const Eigen::VectorXd> values_;
+    Eigen::ArrayXd motion_; ///< e^(b1 t) (c cos − s sin), and with sin for cos and cos for −sin
+    Eigen::ArrayXd conjugate_;
+    Eigen::VectorXd residuals_;
+    Eigen::MatrixXd jacobian_;
 };
+
+/// A minimum of Σ (model − value)².
+struct RingDownMinimum {
+    RingDownParameters parameters; ///< frequency >= 0
+    double sum_of_squares = 0.0;
+    int iterations = 0;
+};
+
+/// The minimum that a start leads to, to about 1e-10 of the parameters; empty if there is none.
+[[nodiscard]] std::optional<RingDownMinimum> minimum_from(RingDownProblem& problem,
+                                                          const RingDownParameters& start);
 
 /// At most four starts for the fit of Eq. 1, best first, with frequencies up to half the sampling
 /// rate; empty if no trial explains anything.
@@ -103,44 +129,5 @@ class RingDownLinearisation {
 /// median interval, so gaps and jitter are allowed.
 [[nodiscard]] std::vector<RingDownParameters> ring_down_starts(const RingDownSamples& samples,
                                                                double largest_decay_per_cycle);
-
-/// First and second derivatives of half the sum of squares.
-struct RingDownCurvature {
-    double residual_sum_of_squares = 0.0;
-    Eigen::Vector3d gradient = Eigen::Vector3d::Zero();
-    Eigen::Matrix3d gauss_newton = Eigen::Matrix3d::Zero();
-    Eigen::Matrix3d newton = Eigen::Matrix3d::Zero();
-};
-
-/// Derivatives for a minimiser: the first equation of gradient and matrices is "step of b0 = 0"
-/// unless amplitude_is_free.
-[[nodiscard]] RingDownCurvature curvature(RingDownLinearisation& model,
-                                          const RingDownParameters& at, bool amplitude_is_free);
-
-/// A minimum of Σ (model − value)².
-struct RefinedRingDown {
-    RingDownParameters parameters; ///< frequency >= 0
-    double residual_sum_of_squares = 0.0;
-    int iterations = 0;
-};
-
-/// Levenberg-Marquardt (normal equations, analytic Jacobian) from a start; empty if it fails. The
-/// frequency of the start must not be 0: its period is the unit of time. The amplitude of the start
-/// stays as it is unless amplitude_is_free.
-[[nodiscard]] std::optional<RefinedRingDown> refine_ring_down(const RingDownSamples& samples,
-                                                              const RingDownParameters& start,
-                                                              bool amplitude_is_free);
-
-/// Newton's method with the exact Hessian, which converges quadratically where Levenberg-Marquardt
-/// slows down because of large residuals. True if the last step was below 1e-10
-/// relative (of the decay: or 1e-13 per cycle).
-[[nodiscard]] bool polish_ring_down(const RingDownSamples& samples, bool amplitude_is_free,
-                                    RefinedRingDown& refined);
-
-/// Covariance of (b0, b1, b2), σ² (JᵀJ)⁻¹ with σ² = RSS/(N − free parameters); rows and columns of
-/// a fixed b0 are 0. Empty if the Jacobian is rank deficient.
-[[nodiscard]] std::optional<Eigen::Matrix3d> ring_down_covariance(const RingDownSamples& samples,
-                                                                  bool amplitude_is_free,
-                                                                  const RefinedRingDown& refined);
 
 } // namespace culm::reduce

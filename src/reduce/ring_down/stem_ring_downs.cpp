@@ -58,13 +58,13 @@ struct DecaysOverHeight {
     }
 };
 
-HeightRingDown fit_height(const StemHistories& stem, std::size_t index,
-                          RingDownAnalysisOptions options) {
+HeightRingDown fit_height(const StemHistories& stem, std::size_t index, RingDownOptions options) {
     HeightRingDown result;
     result.height = stem.heights[index];
+    options.is_measured = true;
     options.noise = stem.noise[index];
     try {
-        result.fit = analyse_ring_down(stem.times, stem.histories[index], options);
+        result.fit = fit_ring_down(stem.times, stem.histories[index], options);
     } catch (const core::NumericalError& error) {
         result.failure = error.what();
     }
@@ -99,7 +99,7 @@ void adjust_banding(std::vector<StemRingDowns>& stems, PopulationSummary& summar
 
 } // namespace
 
-StemRingDowns fit_stem(const StemHistories& stem, const RingDownAnalysisOptions& options) {
+StemRingDowns fit_stem(const StemHistories& stem, const RingDownOptions& options) {
     StemRingDowns result;
     result.id = stem.id;
     result.unit = stem.unit;

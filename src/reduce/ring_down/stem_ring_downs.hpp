@@ -3,7 +3,7 @@
 #pragma once
 
 #include "reduce/population_statistics.hpp"
-#include "reduce/ring_down/ring_down_analysis.hpp"
+#include "reduce/ring_down/ring_down_fit.hpp"
 
 #include <optional>
 #include <string>
@@ -31,7 +31,7 @@ struct StemHistories {
 
 struct HeightRingDown {
     double height = 0.0; ///< m
-    std::optional<RingDownAnalysis> fit;
+    std::optional<RingDownFit> fit;
     std::string failure; ///< why there is no fit
 };
 
@@ -54,8 +54,7 @@ struct StemRingDowns {
     std::size_t adequate_heights = 0;
 };
 
-[[nodiscard]] StemRingDowns fit_stem(const StemHistories& stem,
-                                     const RingDownAnalysisOptions& options);
+[[nodiscard]] StemRingDowns fit_stem(const StemHistories& stem, const RingDownOptions& options);
 
 /// Statistics of a set of stems; stems without a fit are left out.
 struct PopulationSummary {

@@ -19,12 +19,12 @@ namespace {
 constexpr std::size_t fit_columns = 10;
 
 void append_fit(const reduce::RingDownFit& fit, std::vector<double>& values) {
-    values.insert(values.end(),
-                  {fit.amplitude, fit.amplitude_uncertainty.standard_error, fit.decay_rate,
-                   fit.decay_rate_uncertainty.standard_error, fit.frequency,
-                   fit.frequency_uncertainty.standard_error, fit.decay_per_cycle,
-                   fit.decay_per_cycle_uncertainty.standard_error, fit.rms_residual,
-                   fit.r_squared});
+    const double scale = fit.largest_deflection;
+    for (const auto& [number, unit] :
+         {std::pair(fit.amplitude, scale), std::pair(fit.decay_rate, 1.0),
+          std::pair(fit.frequency, 1.0), std::pair(fit.decay_per_cycle, 1.0)})
+        values.insert(values.end(), {number.value / unit, number.standard_error / unit});
+    values.insert(values.end(), {fit.rms_residual / scale, fit.r_squared});
 }
 
 /// A result column that counts work of the integrator.
@@ -65,7 +65,7 @@ StepFit fit_of(const run::CaseSpec& spec, const run::CaseOutcome& outcome,
     try {
         const auto fit =
             reduce::fit_ring_down(sample_times(spec), result->tip_deflection, fit_options(options));
-        return {StepOutcome::Fitted, fit.decay_per_cycle, fit.frequency};
+        return {StepOutcome::Fitted, fit.decay_per_cycle.value, fit.frequency.value};
     } catch (const core::NumericalError&) {
         return {};
     }
@@ -188,8 +188,8 @@ std::vector<std::string> work_columns(const StudyConfig& config) {
     return names;
 }
 
-reduce::RingDownFitOptions fit_options(const ReduceOptions& options) {
-    reduce::RingDownFitOptions fit;
+reduce::RingDownOptions fit_options(const ReduceOptions& options) {
+    reduce::RingDownOptions fit;
     fit.amplitude_is_free = options.is_amplitude_free;
     fit.window = options.window;
     return fit;

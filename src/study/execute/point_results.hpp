@@ -19,7 +19,7 @@ namespace culm::study {
 [[nodiscard]] std::vector<archive::Column> result_columns(const StudyConfig& config);
 
 /// The options of the fit that a study asks for.
-[[nodiscard]] reduce::RingDownFitOptions fit_options(const ReduceOptions& options);
+[[nodiscard]] reduce::RingDownOptions fit_options(const ReduceOptions& options);
 
 /// Sample times of a study's histories, s.
 [[nodiscard]] std::vector<double> sample_times(const run::CaseSpec& spec);

@@ -37,15 +37,15 @@ double sum_of_numbers(const std::vector<double>& values) {
 std::string fit_again(const archive::StudyFile& file, std::int64_t point, StudySummary& summary) {
     reduce::RingDownFit fit;
     std::string reason;
-    fit.decay_per_cycle = fit.frequency = std::numeric_limits<double>::quiet_NaN();
+    fit.decay_per_cycle.value = fit.frequency.value = std::numeric_limits<double>::quiet_NaN();
     try {
         fit = reduce::fit_ring_down(file.description().times, file.tip_deflection(point),
                                     fit_options(summary.reduce));
     } catch (const core::NumericalError& error) {
         reason = error.what();
     }
-    summary.decay_per_cycle[static_cast<std::size_t>(point)] = fit.decay_per_cycle;
-    summary.frequency[static_cast<std::size_t>(point)] = fit.frequency;
+    summary.decay_per_cycle[static_cast<std::size_t>(point)] = fit.decay_per_cycle.value;
+    summary.frequency[static_cast<std::size_t>(point)] = fit.frequency.value;
     return reason;
 }
 
