@@ -103,12 +103,12 @@ def _add_maps(section: Section, comparison: Comparison):
 def _add_motion(section: Section, comparison: Comparison):
     section.heading("The motion")
     try:
-        motion = read_motion(comparison.file.parent / "comparison.h5")
+        motion = read_motion(comparison.file.parent / "deflections.csv")
     except StudyError as refusal:
         section.note(str(refusal))
         return
     if motion is None:
-        section.note("`culm compare -o DIR` writes comparison.h5, from which the motion is drawn; "
+        section.note("`culm compare -o DIR` writes deflections.csv, from which the motion is drawn; "
                      "this folder lacks it.")
         return
     add_motion(section, "all", motion, name_of(comparison.rungs[0]),

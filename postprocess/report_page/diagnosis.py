@@ -169,13 +169,18 @@ def _add_where(section: Section, content: dict):
         section.add_plots(plots, AMPLITUDE_CAPTION, amplitude_table(wheres[0]), legend_of(first))
 
 
+def table_name(place: int) -> str:
+    """The file of the motion of recording number `place`."""
+    return "deflections.csv" if place == 0 else f"deflections_{place + 1}.csv"
+
+
 def _add_motion(section: Section, diagnosis: Diagnosis):
     """Draws the motion of the published chain and of the best model for the first MOST_RECORDINGS
     recordings."""
     recordings = diagnosis.content["recordings"]
     for place, recording in enumerate(recordings[:MOST_RECORDINGS]):
         try:
-            motion = read_motion(diagnosis.file.parent / "diagnosis.h5", f"recording_{place}")
+            motion = read_motion(diagnosis.file.parent / table_name(place))
         except StudyError as refusal:
             section.note(str(refusal))
             return

@@ -2,13 +2,13 @@
 """Measurement against model: the motion, the residuals and their location, and the moving stem."""
 from __future__ import annotations
 
+import csv
 from dataclasses import dataclass
 from pathlib import Path
 
-import h5py
 import numpy as np
 
-from checked_hdf5 import StudyError, own_object, sentence
+from checked_hdf5 import StudyError, sentence
 from command_results import numbers
 from palette import BLACK, BLUE, GREY, VERMILLION, number
 from report_page.drawing import axis, dots, heat_map, layout, level, line, log_axis, thinned
@@ -26,7 +26,7 @@ LARGEST_PART = 0.995  # share of the residuals within the colour scale of a map
 
 @dataclass
 class Motion:
-    """Deflections of one recording, mm, from comparison.h5 or diagnosis.h5."""
+    """Deflections of one recording, mm, from deflections.csv of culm compare or diagnose."""
 
     time_s: np.ndarray  # (T)
     heights_mm: np.ndarray  # (H)
@@ -40,29 +40,21 @@ def contradictions(fit: dict) -> str:
                      for entry in fit.get("contradicted_inputs", []))
 
 
-def read_motion(file: Path, group: str = "/") -> Motion | None:
-    """None if the file or the group is missing; a StudyError if it cannot be read."""
-    if not file.is_file():
+def read_motion(file: Path) -> Motion | None:
+    """None if the file is missing; a StudyError if it is no table of deflections."""
+    if not file.is_file() or file.is_symlink():
         return None
     try:
-        with h5py.File(file, "r") as content:
-            place = own_object(content, file, group)
-            if place is None:
-                return None
-            names = sorted((name for name in place if name.startswith("model_")),
-                           key=lambda name: int(name.removeprefix("model_")))
-
-            def numbers_of(name: str) -> np.ndarray:
-                return own_object(content, file, f"{group}/{name}")[()]
-
-            def model_of(name: str) -> str:
-                return str(own_object(content, file, f"{group}/{name}").attrs["model"])
-
-            return Motion(numbers_of("time"), 1e3 * numbers_of("height"),
-                          1e3 * numbers_of("measured"),
-                          [(model_of(name), 1e3 * numbers_of(f"{name}/predicted"))
-                           for name in names])
-    except (OSError, KeyError, TypeError, ValueError, AttributeError) as error:
+        with file.open(encoding="utf-8") as lines:
+            names, *rows = csv.reader(lines)
+        table = np.array([[float(cell) if cell else np.nan for cell in row] for row in rows])
+        columns = [name.rsplit(" h=", 1) for name in names[1:]]
+        labels = list(dict.fromkeys(label for label, _ in columns))
+        heights = [float(height.removesuffix("mm")) for _, height in columns[::len(labels)]]
+        values = table[:, 1:].reshape(len(table), len(heights), len(labels))
+        return Motion(table[:, 0], np.array(heights), values[:, :, 0],
+                      [(label, values[:, :, k]) for k, label in enumerate(labels) if k > 0])
+    except (OSError, IndexError, ValueError, UnicodeError) as error:
         raise StudyError(f"{file}: not readable as the motion of a recording: "
                          f"{sentence(error)}") from error
 

@@ -129,27 +129,22 @@ PROVENANCE = {
                {"file": "T2/gone.csv", "bytes": None, "crc32": None}]}
 
 
-def write_diagnosis_motion(folder):
-    """diagnosis.h5 with one recording, the published chain and a better model."""
-    with h5py.File(Path(folder) / "diagnosis.h5", "w") as file:
-        place = file.create_group("recording_0")
-        place["time"], place["height"] = TIME, 1e-3 * np.array(HEIGHTS_MM)
-        place["measured"] = 1e-3 * MEASURED
-        for number, (model, values) in enumerate(PREDICTED.items()):
-            place[f"model_{number}/predicted"] = 1e-3 * values
-            place[f"model_{number}"].attrs["model"] = model
+def write_deflections(folder):
+    """deflections.csv of one recording, the published chain and a better model."""
+    tables = {"measured": MEASURED, **PREDICTED}
+    head = ["time_s", *(f"{label} h={height:.10g}mm" for height in HEIGHTS_MM for label in tables)]
+    lines = [",".join(head)]
+    for frame, time in enumerate(TIME):
+        cells = [tables[label][frame, row] for row in range(len(HEIGHTS_MM)) for label in tables]
+        lines.append(",".join([f"{time:.9g}", *("" if np.isnan(cell) else f"{cell:.9g}"
+                                                for cell in cells)]))
+    (Path(folder) / "deflections.csv").write_text("\n".join(lines) + "\n", "utf-8")
 
 
-def write_comparison(folder, name="T2", with_arrays=True):
+def write_comparison(folder, name="T2", with_motion=True):
     write(folder, "comparison.json", comparison(name))
-    if not with_arrays:
-        return
-    with h5py.File(Path(folder) / "comparison.h5", "w") as file:
-        file["time"], file["height"] = TIME, 1e-3 * np.array(HEIGHTS_MM)
-        file["measured"] = 1e-3 * MEASURED
-        for place, (model, values) in enumerate(PREDICTED.items()):
-            file[f"model_{place}/predicted"] = 1e-3 * values
-            file[f"model_{place}"].attrs["model"] = model
+    if with_motion:
+        write_deflections(folder)
 
 
 def diagnosis(name="T2", verdict="effect"):

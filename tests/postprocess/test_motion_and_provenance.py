@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""How the report and the figures show diagnosis.h5, provenance and a tracked recording."""
+"""How the report and the figures show the motion, provenance and a tracked recording."""
 import json
 import tempfile
 import unittest
 from pathlib import Path
 
-import h5py
 import numpy as np
 import synthetic_results
 from command_results import Diagnosis, TrackError, TrackResults
@@ -29,7 +28,7 @@ class DiagnosisMotion(Folder):
         return diagnosis_section(Diagnosis(self.folder), "diagnosis", "here").markup()
 
     def test_moves_the_stem_on_the_page(self):
-        synthetic_results.write_diagnosis_motion(self.folder)
+        synthetic_results.write_deflections(self.folder)
         markup = self.markup()
         begin = markup.index(">", markup.index("animation-data")) + 1
         animation = json.loads(markup[begin:markup.index("</script>", begin)])
@@ -41,19 +40,20 @@ class DiagnosisMotion(Folder):
 
     def test_is_left_out_where_it_is_not_known(self):
         self.assertNotIn("animation-data", self.markup())
-        (self.folder / "diagnosis.h5").write_text("no HDF5", "utf-8")
+        (self.folder / "deflections.csv").write_text("no table", "utf-8")
         self.assertNotIn("animation-data", self.markup())
 
-    def test_keeps_models_in_the_order_of_their_numbers(self):
-        file = self.folder / "many.h5"
-        with h5py.File(file, "w") as content:
-            content["time"], content["height"], content["measured"] = [0.0], [0.1], [[0.001]]
-            for number in range(11):
-                content[f"model_{number}/predicted"] = [[0.001 * number]]
-                content[f"model_{number}"].attrs["model"] = str(number)
+    def test_keeps_models_in_the_order_of_the_columns(self):
+        file = self.folder / "many.csv"
+        names = [f"model {number}" for number in range(11)]
+        file.write_text(",".join(["time_s", "measured h=100mm",
+                                  *(f"{name} h=100mm" for name in names)]) + "\n0,1,"
+                        + ",".join(map(str, range(11))) + "\n", "utf-8")
         motion = read_motion(file)
-        self.assertEqual([name for name, _ in motion.models], [str(k) for k in range(11)])
-        self.assertIsNone(read_motion(file, "recording_0"))
+        self.assertEqual([name for name, _ in motion.models], names)
+        self.assertEqual([predicted.tolist() for _, predicted in motion.models],
+                         [[[float(k)]] for k in range(11)])
+        self.assertIsNone(read_motion(self.folder / "none.csv"))
 
 
 class Provenance(unittest.TestCase):

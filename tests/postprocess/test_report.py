@@ -236,9 +236,9 @@ class OfMeasurements(ReportTest):
                          list(synthetic_results.PREDICTED))
 
     def test_comparison_says_that_its_arrays_are_missing(self):
-        synthetic_results.write_comparison(self.folder, with_arrays=False)
+        synthetic_results.write_comparison(self.folder, with_motion=False)
         page = self.page()
-        self.assertIn("comparison.h5", page.said())
+        self.assertIn("deflections.csv", page.said())
         self.assertFalse(page.of_class("animation-data"))
 
     def test_amplitude_shows_measured_and_modelled(self):

@@ -97,25 +97,20 @@ class StudyThatNamesOtherFiles(ReportTest):
             np.testing.assert_array_equal(study["same"], study["frequency"])
 
 
-class MotionThatNamesOtherFiles(ReportTest):
-    def test_is_not_drawn_and_the_page_says_why(self):
+class Motion(ReportTest):
+    def test_is_not_drawn_behind_a_symbolic_link(self):
         synthetic_results.write_comparison(self.folder)
-        other = self.folder.parent / "private.h5"
-        with h5py.File(other, "w") as file:
-            file["measured"] = np.full(synthetic_results.MEASURED.shape, 1e-3 * SECRET)
-        with h5py.File(self.folder / "comparison.h5", "r+") as file:
-            del file["measured"]
-            file["measured"] = h5py.ExternalLink(str(other), "/measured")
+        file = self.folder / "deflections.csv"
+        file.rename(self.folder.parent / "private.csv")
+        file.symlink_to(self.folder.parent / "private.csv")
+        self.assertFalse(self.page().of_class("animation-data"))
+
+    def test_is_not_drawn_of_a_damaged_table_and_the_page_says_why(self):
+        synthetic_results.write_comparison(self.folder)
+        (self.folder / "deflections.csv").write_text("time_s,measured h=1mm\n0,x\n", "utf-8")
         page = self.page()
         self.assertFalse(page.of_class("animation-data"))
-        self.assertNotIn(f"{SECRET:.0f}", page.text)
-        self.assertRegex(page.said(), "comparison.h5: /measured is an external link to /measured in")
-
-    def test_is_not_drawn_for_a_diagnosis_either(self):
-        synthetic_results.write(self.folder, "diagnosis.json", synthetic_results.diagnosis())
-        with h5py.File(self.folder / "diagnosis.h5", "w") as file:
-            file["recording_0"] = h5py.SoftLink("/elsewhere")
-        self.assertRegex(self.page().said(), "diagnosis.h5: /recording_0 is a soft link")
+        self.assertIn("deflections.csv: not readable as the motion", page.said())
 
 
 class Picture(ReportTest):

@@ -13,7 +13,7 @@
 #include "present/calibration.hpp"
 #include "present/files.hpp"
 #include "present/laboratory.hpp"
-#include "present/motion_files.hpp"
+#include "present/deflection_table.hpp"
 #include "present/text.hpp"
 #include "study/config/study_effects.hpp"
 #include "study/execute/study_folder.hpp"

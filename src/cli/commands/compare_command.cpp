@@ -7,7 +7,7 @@
 #include "measure/folder/measurement_folder.hpp"
 #include "present/comparison.hpp"
 #include "present/files.hpp"
-#include "present/motion_files.hpp"
+#include "present/deflection_table.hpp"
 #include "study/config/study_effects.hpp"
 
 #include <algorithm>
@@ -65,8 +65,7 @@ std::string deflections_csv(const measure::Measurement& measurement,
     std::vector<std::pair<std::string, const fit::RecordingFit*>> models;
     for (const diagnose::LadderModel& model : ladder.models)
         if (!model.fit.failed())
-            models.emplace_back(fmt::format("model {}", models.size() + 1),
-                                &model.fit.parts.front());
+            models.emplace_back(present::model_name(model.fit.names()), &model.fit.parts.front());
     return present::deflections_csv(measurement, models);
 }
 
@@ -106,7 +105,6 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
     if (!arguments.output.empty()) {
         const fs::path output = arguments.output;
         core::write_text(output / "deflections.csv", deflections_csv(measurement, ladder));
-        present::write_comparison_arrays(output / "comparison.h5", ladder, measurement);
     }
     if (arguments.prints_text())
         fmt::print("{}{}",
@@ -139,7 +137,7 @@ void add_compare_command(CLI::App& app, core::ExitCode& exit_code, int& argc, ch
                    "added effects improve it");
     auto arguments = std::make_shared<CompareArguments>();
     add_recording_options(*command, *arguments, "A measurement folder",
-                          "Folder for comparison.json, comparison.h5 and deflections.csv",
+                          "Folder for comparison.json and deflections.csv",
                           "Compare");
     add_option(*command, "--with", arguments->with, "EFFECT,...",
                "Add these effects (`culm effects`) to the published chain: "

@@ -13,7 +13,7 @@
 #include "present/answer_json.hpp"
 #include "present/diagnosis.hpp"
 #include "present/files.hpp"
-#include "present/motion_files.hpp"
+#include "present/deflection_table.hpp"
 #include "present/text.hpp"
 #include "study/config/study_effects.hpp"
 
@@ -233,6 +233,24 @@ std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan
                          {(fs::path(arguments.output) / force_file_name).string()});
 }
 
+/// deflections.csv of the first recording, deflections_2.csv of the second, …: the motion of the
+/// published chain and, if it is a different model, of the best one.
+void write_deflections(const fs::path& folder, const diagnose::Diagnosis& found,
+                       std::span<const measure::Measurement> recordings) {
+    std::vector<const fit::Fit*> fits{&found.baseline};
+    if (!found.final_fit.failed() && found.final_fit.names() != found.baseline.names())
+        fits.push_back(&found.final_fit);
+    for (std::size_t k = 0; k < recordings.size(); ++k) {
+        std::vector<std::pair<std::string, const fit::RecordingFit*>> models;
+        for (const fit::Fit* fit : fits)
+            if (k < fit->parts.size())
+                models.emplace_back(present::model_name(fit->names()), &fit->parts[k]);
+        const std::string name =
+            k == 0 ? "deflections.csv" : fmt::format("deflections_{}.csv", k + 1);
+        core::write_text(folder / name, present::deflections_csv(recordings[k], models));
+    }
+}
+
 core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
                       const diagnose::Diagnosis& found, const present::Provenance& provenance) {
     const bool is_one = plan.specimens.size() == 1;
@@ -242,7 +260,7 @@ core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& p
                   present::diagnosis_json(report, context_of(arguments, plan, provenance)));
     if (is_one && !arguments.output.empty()) {
         const fs::path folder = arguments.output;
-        present::write_diagnosis_arrays(folder / "diagnosis.h5", found, plan.read.measurements);
+        write_deflections(folder, found, plan.read.measurements);
         if (found.missing_force && !found.missing_force->as_effect_file.empty())
             core::write_text(folder / force_file_name, found.missing_force->as_effect_file);
     }
