@@ -9,12 +9,6 @@ import unittest
 from pathlib import Path
 from random import Random
 
-try:
-    import h5py
-    import numpy
-except ImportError:
-    h5py = None
-
 from culm_program import BAD_INPUT, DONE, POINTS_FAILED, CulmTest
 
 TESTS = Path(__file__).resolve().parents[1]
