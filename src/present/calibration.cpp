@@ -117,18 +117,12 @@ Uncertain parameter_of(const calibrate::Calibration& calibration, const physics:
     return {parameter.value, parameter.standard_error};
 }
 
-/// ω = √(k/m) and every stiffness k of the chain is proportional to Y, so dω/ω = ½ dY/Y. The
-/// frequency does not depend on the stated inputs of the stem.
 Uncertain frequency_of(const calibrate::Calibration& calibration) {
-    const double frequency = calibration.mode.frequency;
-    return {frequency, 0.5 * frequency * calibration.budget.chain_modulus};
+    return {calibration.mode.frequency, calibration.frequency_error};
 }
 
-/// The bonds' damping coefficients are proportional to β, so the logarithmic decrement is, up to
-/// the square of the damping ratio: dδ/δ = dβ/β.
 Uncertain decay_of(const calibrate::Calibration& calibration) {
-    const double decay = calibration.mode.decay_per_cycle;
-    return {decay, std::abs(decay) * calibration.budget.chain_damping};
+    return {calibration.mode.decay_per_cycle, calibration.decay_error};
 }
 
 Uncertain read_decay(const calibrate::StudyCalibration& found) {

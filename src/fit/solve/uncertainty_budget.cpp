@@ -3,18 +3,66 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <utility>
+
+#include <Eigen/Core>
 
 namespace culm::fit {
 namespace {
 
-/// Relative standard uncertainty of the parameter; 0 where it is not fitted.
-double relative_uncertainty(const Fit& fit, const physics::ParameterId& id,
-                            const std::vector<double>& variances) {
-    for (std::size_t p = 0; p < variances.size(); ++p)
-        if (fit.parameters[p].id == id)
-            return std::sqrt(variances[p]) / fit.parameters[p].value;
-    return 0.0;
+using CaseNumber = std::function<double(const run::CaseSpec&)>;
+
+/// The step of central differences over a standard uncertainty. Changes of Y and of an input
+/// cancel, so the curvature within a whole uncertainty would be seen.
+constexpr double part_of_error = 0.01;
+
+/// By every fitted parameter.
+Eigen::VectorXd gradient(const Fit& fit, const CaseNumber& number) {
+    Eigen::VectorXd slopes(fit.parameters.size());
+    for (std::size_t p = 0; p < fit.parameters.size(); ++p) {
+        const auto [value, error] =
+            std::pair(fit.parameters[p].value, fit.parameters[p].standard_error);
+        const double step = part_of_error * (std::isfinite(error) ? error : 0.01 * std::abs(value));
+        StemModel below = fit.parts.front().model;
+        StemModel above = below;
+        below.set_value(p, value - step);
+        above.set_value(p, value + step);
+        slopes(static_cast<Eigen::Index>(p)) =
+            step > 0.0
+                ? (number(computed_case(above)) - number(computed_case(below))) / (2.0 * step)
+                : 0.0;
+    }
+    return slopes;
+}
+
+/// Variance of g = slopesᵀ θ by the whole covariance. An infinite one counts only if g depends on
+/// it.
+double variance_along(const Eigen::VectorXd& slopes, const Fit& fit) {
+    const StemModel& model = fit.parts.front().model;
+    Eigen::VectorXd by_coordinate = slopes;
+    for (Eigen::Index p = 0; p < slopes.size(); ++p)
+        by_coordinate(p) /= model.coordinate_slope(static_cast<std::size_t>(p));
+    double variance = 0.0;
+    for (Eigen::Index p = 0; p < slopes.size(); ++p)
+        for (Eigen::Index q = 0; q < slopes.size(); ++q)
+            if (const double weight = by_coordinate(p) * by_coordinate(q); weight != 0.0)
+                variance += weight * fit.covariance(p, q);
+    return variance;
+}
+
+/// u ∂g/∂z.
+double change_by(const StatedInput& input, const run::CaseSpec& computed,
+                 const CaseNumber& number) {
+    if (input.acts != InputActs::OnChain || !input.access.set)
+        return 0.0;
+    const auto with_error = [&](double error) {
+        run::CaseSpec changed = computed;
+        input.access.set(changed, error);
+        return number(changed);
+    };
+    const double step = part_of_error * input.standard_uncertainty;
+    return (with_error(step) - with_error(-step)) / (2.0 * part_of_error);
 }
 
 } // namespace
@@ -40,7 +88,6 @@ UncertaintyBudget uncertainty_budget(const Fit& fit, const measure::Measurement&
         of_readings.push_back(std::pow(parameter.standard_error, 2));
     }
     std::vector<StatedInput> inputs = stated_inputs(measurement);
-    std::vector<double> of_chain(count, 0.0);
     std::size_t next = 0; // the terms of the inputs are in their order
     for (const Pull& pull : fit.pulls) {
         // Errors of single rows and fitted terms are listed with the noise of the readings.
@@ -63,18 +110,26 @@ UncertaintyBudget uncertainty_budget(const Fit& fit, const measure::Measurement&
             const double change = pull.changes[p];
             line.sensitivities.push_back(-change / line.input.standard_uncertainty);
             of_readings[p] -= change * change;
-            if (!is_stated || line.input.acts == InputActs::OnClock)
-                of_chain[p] += change * change;
         }
     }
-    for (std::size_t p = 0; p < count; ++p) {
-        of_readings[p] = std::max(of_readings[p], 0.0);
-        of_chain[p] += of_readings[p];
-        budget.from_readings.push_back(std::sqrt(of_readings[p]));
-    }
-    budget.chain_modulus = relative_uncertainty(fit, physics::bond_youngs_modulus, of_chain);
-    budget.chain_damping = relative_uncertainty(fit, physics::bond_damping, of_chain);
+    for (const double variance : of_readings)
+        budget.from_readings.push_back(std::sqrt(std::max(variance, 0.0)));
     return budget;
+}
+
+double uncertainty_of(const Fit& fit, const UncertaintyBudget& budget, const CaseNumber& number) {
+    const Eigen::VectorXd slopes = gradient(fit, number);
+    const run::CaseSpec computed = computed_case(fit.parts.front().model);
+    double variance = variance_along(slopes, fit);
+    for (const BudgetInput& line : budget.inputs) {
+        const Eigen::Map<const Eigen::VectorXd> sensitivities(line.sensitivities.data(),
+                                                              slopes.size());
+        const double by_fit = line.input.standard_uncertainty * slopes.dot(sensitivities);
+        // The covariance contains the first of the two changes alone.
+        variance +=
+            std::pow(by_fit + change_by(line.input, computed, number), 2) - std::pow(by_fit, 2);
+    }
+    return std::sqrt(std::max(variance, 0.0));
 }
 
 } // namespace culm::fit

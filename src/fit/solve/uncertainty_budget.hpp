@@ -1,9 +1,20 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Uncertainty of a calibration, from the noise of the readings and from every stated input.
+//
+// A number g(θ, z) of the fitted case depends on the fitted parameters θ and on the stated inputs
+// z. With C, what the noise of the readings contributes to the covariance of θ̂, and the
+// sensitivities c_k = dθ̂/dz_k, its variance is
+//
+//     ∇gᵀ C ∇g + Σ u_k² (∇gᵀ c_k + ∂g/∂z_k)²          (JCGM 100, 5.1.2 and annex F.1.2.3).
+//
+// Trap. Parameters that the readings tie together (Y and the mass of a tip) are uncertain by much
+// more than the frequency that they have together, and a length that is stated too large makes Y
+// too large and leaves the frequency: neither Y alone nor ∇g alone gives the uncertainty of g.
 #pragma once
 
 #include "fit/errors/stated_inputs.hpp"
 
+#include <functional>
 #include <vector>
 
 namespace culm::fit {
@@ -25,10 +36,6 @@ struct UncertaintyBudget {
     std::vector<BudgetInput> inputs;
     std::vector<double> from_readings; ///< (parameters) standard uncertainty
     std::vector<double> combined;      ///< (parameters) standard uncertainty
-    /// Relative standard uncertainties of Y and β without those of the stem's stated numbers, which
-    /// change neither the measured frequency nor the measured decay.
-    double chain_modulus = 0.0;
-    double chain_damping = 0.0;
 
     /// Part of the parameter's variance that an input, or the readings, contribute.
     [[nodiscard]] double share(std::size_t input, std::size_t parameter) const;
@@ -39,5 +46,10 @@ struct UncertaintyBudget {
 /// uncertainty.
 [[nodiscard]] UncertaintyBudget uncertainty_budget(const Fit& fit,
                                                    const measure::Measurement& measurement);
+
+/// Standard uncertainty of a number of the computed case of such a fit; infinite if it depends on a
+/// parameter that the readings do not determine. Derivatives are central differences.
+[[nodiscard]] double uncertainty_of(const Fit& fit, const UncertaintyBudget& budget,
+                                    const std::function<double(const run::CaseSpec&)>& number);
 
 } // namespace culm::fit
