@@ -65,8 +65,8 @@ TEST(BaselineModel, StartsFromAStemThatIsCurvedAtRest) {
     reduce::RingDownOptions about_zero{.is_measured = true};
     about_zero.has_phase = true;
     for (std::size_t j = 2; j < measurement.heights.size(); ++j)
-        EXPECT_THROW(static_cast<void>(reduce::fit_ring_down(
-                         measurement.times, measurement.history(j), about_zero)),
+        EXPECT_THROW(static_cast<void>(reduce::fit_ring_down(measurement.times,
+                                                             measurement.history(j), about_zero)),
                      core::NumericalError);
     const fit::StemModel start = fit::baseline_model(measurement);
     EXPECT_NEAR(start.spec.stem.bond_youngs_modulus, 1.3e9, 0.05 * 1.3e9);
