@@ -140,13 +140,13 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
     result.budget = fit::uncertainty_budget(result.fit, measurement);
     const run::CaseSpec chain = fit::computed_case(result.part().model);
     result.mode = run::first_mode(chain);
-    const auto error_of = [&](double integrate::VibrationMode::*number) {
-        return fit::uncertainty_of(result.fit, result.budget, [number](const run::CaseSpec& spec) {
-            return run::first_mode(spec).*number;
+    const Eigen::VectorXd errors =
+        fit::uncertainties_of(result.fit, result.budget, [](const run::CaseSpec& spec) {
+            const integrate::VibrationMode mode = run::first_mode(spec);
+            return Eigen::VectorXd{{mode.frequency, mode.decay_per_cycle}};
         });
-    };
-    result.frequency_error = error_of(&integrate::VibrationMode::frequency);
-    result.decay_error = error_of(&integrate::VibrationMode::decay_per_cycle);
+    result.frequency_error = errors(0);
+    result.decay_error = errors(1);
     result.damping_time = fit::damping_time(chain);
     result.verdict =
         diagnose::verdict_on(result.part(), residuals::swing_of(result.part(), measurement));

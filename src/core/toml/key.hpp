@@ -107,8 +107,8 @@ struct Key : KeyDescription {
         return *this;
     }
     /// States the default in words, where it is not the initialiser of the member.
-    Key& otherwise(std::string words_for_default) {
-        default_text = std::move(words_for_default);
+    Key& otherwise(const std::string& words_for_default) {
+        default_text = words_for_default;
         return *this;
     }
     /// Another form of the value for the identity.
@@ -320,9 +320,9 @@ Key<Options>& KeyTable<Options>::key(const std::string& name, Access access,
     row.kind = ValueKind::Text;
     row.default_text = row.text(Options{});
     row.read = [access, name, allowed = row.allowed()](const TomlTable& table, Options& options) {
-        auto value = table.text(name, allowed);
+        const auto value = table.text(name, allowed);
         if (value)
-            std::invoke(access, options) = *std::move(value);
+            std::invoke(access, options) = *value;
         return value.has_value();
     };
     return row;

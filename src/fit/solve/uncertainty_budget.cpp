@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
+#include <iterator>
 #include <utility>
 
 #include <Eigen/Core>
@@ -11,15 +11,13 @@
 namespace culm::fit {
 namespace {
 
-using CaseNumber = std::function<double(const run::CaseSpec&)>;
-
 /// The step of central differences over a standard uncertainty. Changes of Y and of an input
 /// cancel, so the curvature within a whole uncertainty would be seen.
 constexpr double part_of_error = 0.01;
 
-/// By every fitted parameter.
-Eigen::VectorXd gradient(const Fit& fit, const CaseNumber& number) {
-    Eigen::VectorXd slopes(fit.parameters.size());
+/// (numbers, parameters) derivatives by every fitted parameter.
+Eigen::MatrixXd gradients(const Fit& fit, Eigen::Index count, const CaseNumbers& numbers) {
+    Eigen::MatrixXd slopes = Eigen::MatrixXd::Zero(count, std::ssize(fit.parameters));
     for (std::size_t p = 0; p < fit.parameters.size(); ++p) {
         const auto [value, error] =
             std::pair(fit.parameters[p].value, fit.parameters[p].standard_error);
@@ -28,10 +26,9 @@ Eigen::VectorXd gradient(const Fit& fit, const CaseNumber& number) {
         StemModel above = below;
         below.set_value(p, value - step);
         above.set_value(p, value + step);
-        slopes(static_cast<Eigen::Index>(p)) =
-            step > 0.0
-                ? (number(computed_case(above)) - number(computed_case(below))) / (2.0 * step)
-                : 0.0;
+        if (step > 0.0)
+            slopes.col(static_cast<Eigen::Index>(p)) =
+                (numbers(computed_case(above)) - numbers(computed_case(below))) / (2.0 * step);
     }
     return slopes;
 }
@@ -51,15 +48,15 @@ double variance_along(const Eigen::VectorXd& slopes, const Fit& fit) {
     return variance;
 }
 
-/// u ∂g/∂z.
-double change_by(const StatedInput& input, const run::CaseSpec& computed,
-                 const CaseNumber& number) {
+/// (numbers) u ∂g/∂z.
+Eigen::VectorXd change_by(const StatedInput& input, const run::CaseSpec& computed,
+                          Eigen::Index count, const CaseNumbers& numbers) {
     if (input.acts != InputActs::OnChain || !input.access.set)
-        return 0.0;
-    const auto with_error = [&](double error) {
+        return Eigen::VectorXd::Zero(count);
+    const auto with_error = [&](double error) -> Eigen::VectorXd {
         run::CaseSpec changed = computed;
         input.access.set(changed, error);
-        return number(changed);
+        return numbers(changed);
     };
     const double step = part_of_error * input.standard_uncertainty;
     return (with_error(step) - with_error(-step)) / (2.0 * part_of_error);
@@ -117,19 +114,24 @@ UncertaintyBudget uncertainty_budget(const Fit& fit, const measure::Measurement&
     return budget;
 }
 
-double uncertainty_of(const Fit& fit, const UncertaintyBudget& budget, const CaseNumber& number) {
-    const Eigen::VectorXd slopes = gradient(fit, number);
+Eigen::VectorXd uncertainties_of(const Fit& fit, const UncertaintyBudget& budget,
+                                 const CaseNumbers& numbers) {
     const run::CaseSpec computed = computed_case(fit.parts.front().model);
-    double variance = variance_along(slopes, fit);
+    const Eigen::Index count = numbers(computed).size();
+    const Eigen::MatrixXd slopes = gradients(fit, count, numbers);
+    Eigen::ArrayXd variances(count);
+    for (Eigen::Index k = 0; k < count; ++k)
+        variances(k) = variance_along(slopes.row(k), fit);
     for (const BudgetInput& line : budget.inputs) {
         const Eigen::Map<const Eigen::VectorXd> sensitivities(line.sensitivities.data(),
-                                                              slopes.size());
-        const double by_fit = line.input.standard_uncertainty * slopes.dot(sensitivities);
+                                                              slopes.cols());
+        const Eigen::ArrayXd by_fit = line.input.standard_uncertainty * (slopes * sensitivities);
         // The covariance contains the first of the two changes alone.
-        variance +=
-            std::pow(by_fit + change_by(line.input, computed, number), 2) - std::pow(by_fit, 2);
+        const Eigen::ArrayXd changes =
+            by_fit + change_by(line.input, computed, count, numbers).array();
+        variances += changes.square() - by_fit.square();
     }
-    return std::sqrt(std::max(variance, 0.0));
+    return variances.max(0.0).sqrt();
 }
 
 } // namespace culm::fit

@@ -17,6 +17,8 @@
 #include <functional>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace culm::fit {
 
 /// One line of an uncertainty budget (JCGM 100, annex H).
@@ -47,9 +49,12 @@ struct UncertaintyBudget {
 [[nodiscard]] UncertaintyBudget uncertainty_budget(const Fit& fit,
                                                    const measure::Measurement& measurement);
 
-/// Standard uncertainty of a number of the computed case of such a fit; infinite if it depends on a
-/// parameter that the readings do not determine. Derivatives are central differences.
-[[nodiscard]] double uncertainty_of(const Fit& fit, const UncertaintyBudget& budget,
-                                    const std::function<double(const run::CaseSpec&)>& number);
+/// Numbers of a case, (numbers).
+using CaseNumbers = std::function<Eigen::VectorXd(const run::CaseSpec&)>;
+
+/// (numbers) standard uncertainties of numbers of the computed case of such a fit; infinite if one
+/// depends on a parameter that the readings do not determine. Derivatives are central differences.
+[[nodiscard]] Eigen::VectorXd uncertainties_of(const Fit& fit, const UncertaintyBudget& budget,
+                                               const CaseNumbers& numbers);
 
 } // namespace culm::fit
