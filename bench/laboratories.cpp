@@ -75,8 +75,8 @@ std::vector<RigTruth> hidden_in_rig(const DrawnLaboratory& drawn, const core::It
     bare.stems.front().own.clear();
     const Recordings first{bench::written_recording(bare, 0, {})};
     return bench::hidden_in_rig(
-        drawn,
-        diagnose::diagnose(diagnose::specimens_of(first), options_for(first, map)).blind_spots);
+        drawn, diagnose::diagnose(diagnose::specimens_of(first), options_for(first, map))
+                   .detection_limits);
 }
 
 /// (stems) rms residual of the published chain, over the noise, of exact recordings with the own

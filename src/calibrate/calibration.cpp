@@ -145,8 +145,8 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
             const integrate::VibrationMode mode = run::first_mode(spec);
             return Eigen::VectorXd{{mode.frequency, mode.decay_per_cycle}};
         });
-    result.frequency_error = errors(0);
-    result.decay_error = errors(1);
+    result.frequency = reduce::normal_estimate(result.mode.frequency, errors(0));
+    result.decay_per_cycle = reduce::normal_estimate(result.mode.decay_per_cycle, errors(1));
     result.damping_time = fit::damping_time(chain);
     result.verdict =
         diagnose::verdict_on(result.part(), residuals::swing_of(result.part(), measurement));

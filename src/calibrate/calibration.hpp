@@ -64,9 +64,9 @@ struct Calibration {
 
     [[nodiscard]] const fit::RecordingFit& part() const { return fit.parts.front(); }
     integrate::VibrationMode mode; ///< the first of the chain without effects
-    double frequency_error = 0.0;  ///< standard uncertainty of its frequency, Hz
-    double decay_error = 0.0;      ///< and of its decay per cycle
-    double damping_time = 0.0;     ///< τ of M = E I (κ + τ κ̇), s
+    reduce::Estimate frequency;    ///< of that mode, Hz
+    reduce::Estimate decay_per_cycle;
+    double damping_time = 0.0; ///< τ of M = E I (κ + τ κ̇), s
     diagnose::Verdict verdict;
     std::optional<CalibrationCheck> check;
     std::string check_failure; ///< why there is no check though one was asked for

@@ -82,14 +82,16 @@ StudyCalibration calibrate_by_study(const measure::Measurement& measurement,
     result.window = study.window.value_or(study.base.duration);
     const auto [height, fit] = read_highest_row(measurement, result.window);
     result.height = height;
-    result.reading = {fit.decay_per_cycle.value, fit.frequency.value,
-                      fit.decay_per_cycle.standard_error, fit.frequency.standard_error};
+    const auto read = [](const reduce::Estimate& of) {
+        return reduce::normal_estimate(of.value, of.standard_error);
+    };
+    result.reading = {read(fit.decay_per_cycle), read(fit.frequency)};
     result.prediction = reduce::predict_stem(study.regression, result.reading);
 
-    warn_outside("b2", result.reading.frequency, study.regression.frequency, " Hz",
+    warn_outside("b2", result.reading.frequency.value, study.regression.frequency, " Hz",
                  result.warnings);
-    warn_outside("b1 per cycle", result.reading.decay_per_cycle, study.regression.decay_per_cycle,
-                 "", result.warnings);
+    warn_outside("b1 per cycle", result.reading.decay_per_cycle.value,
+                 study.regression.decay_per_cycle, "", result.warnings);
     if (const auto& modulus = result.prediction.bond_youngs_modulus.by_single_law)
         warn_outside(
             "Y", modulus->value * 1e-9,

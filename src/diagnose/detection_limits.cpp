@@ -169,9 +169,7 @@ std::optional<SeenColumn> first_size(const EffectView& view, std::size_t candida
     return std::nullopt;
 }
 
-} // namespace
-
-std::vector<DetectionLimit> detection_limits(const SearchResult& search) {
+std::vector<DetectionLimit> limits_of_stem(const SearchResult& search) {
     const fit::StemModel best =
         base_fit(*search.stems, 0, search.best_model(), search.stems->options().candidate)
             .parts.front()
@@ -185,8 +183,8 @@ std::vector<DetectionLimit> detection_limits(const SearchResult& search) {
     return limits;
 }
 
-std::vector<SharedLimit> shared_limits(const SearchResult& search) {
-    std::vector<SharedLimit> limits;
+std::vector<DetectionLimit> limits_of_rigs(const SearchResult& search) {
+    std::vector<DetectionLimit> limits;
     const Stems& stems = *search.stems;
     for (std::size_t c = 0; c < stems.options().candidates.size(); ++c) {
         const physics::SelectedEffect& candidate = stems.options().candidates[c];
@@ -209,12 +207,23 @@ std::vector<SharedLimit> shared_limits(const SearchResult& search) {
                     card.fitted_as,
                     size.absent + std::copysign(detected_at / std::sqrt(in_all), size.deviation));
             };
-            limits.push_back({candidate.effect->name(), rig, card.name, card.unit,
-                              value(core::median(information)),
-                              value(std::accumulate(information.begin(), information.end(), 0.0))});
+            const double of_all = std::accumulate(information.begin(), information.end(), 0.0);
+            limits.push_back({candidate.effect->name(),
+                              rig,
+                              {},
+                              card.name,
+                              card.unit,
+                              value(of_all),
+                              value(core::median(information))});
         }
     }
     return limits;
+}
+
+} // namespace
+
+std::vector<DetectionLimit> detection_limits(const SearchResult& search) {
+    return search.stems->is_one() ? limits_of_stem(search) : limits_of_rigs(search);
 }
 
 } // namespace culm::diagnose

@@ -171,7 +171,7 @@ std::optional<std::pair<Rival, Rival>> pair_to_separate(const SearchResult& sear
     };
     const DetectionLimit* worst = nullptr;
     const physics::SelectedEffect* effect = nullptr;
-    for (const DetectionLimit& limit : out.blind_spots)
+    for (const DetectionLimit& limit : out.detection_limits)
         for (const physics::SelectedEffect& candidate : search.stems->options().candidates)
             // No change of the experiment reveals an effect out of the plane.
             if (candidate.effect->name() == limit.effect && limit.failure.empty() &&
@@ -210,7 +210,6 @@ int spheres_of_search(std::span<const Specimen> specimens, const DiagnosisOption
 void add_details(const SearchResult& search, Diagnosis& out) {
     const DiagnosisOptions& options = search.stems->options();
     const ObservedStem& stem = (*search.stems)[0];
-    out.blind_spots = detection_limits(search);
     if (const std::optional<std::pair<Rival, Rival>> pair = pair_to_separate(search, out)) {
         options.report("computing which experiment distinguishes best");
         try {
@@ -247,6 +246,9 @@ Diagnosis decide(const SearchResult& search) {
     if (stems.is_one()) {
         climb_to(search, out.alternatives.front().model, out);
         add_residual(out);
+        const std::vector<measure::Measurement>& recordings = stems.specimen(0).recordings;
+        for (std::size_t m = 0; m < recordings.size(); ++m)
+            out.comparisons.push_back(compare(out.final_fit, m, recordings[m], out.policy));
     }
     conclude(search, out);
     const std::size_t answer =
@@ -284,10 +286,9 @@ Diagnosis diagnose(std::span<const Specimen> specimens, DiagnosisOptions options
     const SearchResult search = search_models(specimens, coarse);
     const auto answer_of = [&](const SearchResult& models, const SearchResult& about) {
         Diagnosis out = decide(models);
+        out.detection_limits = detection_limits(about);
         if (specimens.size() == 1)
             add_details(about, out);
-        else
-            out.shared_limits = shared_limits(about);
         return out;
     };
     if (!is_coarse)

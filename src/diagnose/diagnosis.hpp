@@ -5,6 +5,7 @@
 #include "diagnose/answers.hpp"
 #include "diagnose/detection_limits.hpp"
 #include "diagnose/experiment/next_experiment.hpp"
+#include "diagnose/ladder.hpp"
 #include "diagnose/missing_force/missing_force.hpp"
 
 #include <optional>
@@ -47,10 +48,9 @@ struct Diagnosis {
     Posterior posterior;
     /// With its log evidence over that of the best model.
     std::optional<UnvisitedModel> largest_unvisited;
-    std::vector<SharedLimit>
-        shared_limits;       ///< of rigs' effects that the best model does not contain
-    Policy policy;           ///< by which the answer was found
-    int batches = 0;         ///< of lanes that were run for the fits of models
+    std::vector<DetectionLimit> detection_limits; ///< what the best model does not contain
+    Policy policy;                                ///< by which the answer was found
+    int batches = 0;                              ///< of lanes that were run for the fits of models
     bool is_complete = true; ///< false: the search ended at the largest number of models
 
     // Of one stem.
@@ -58,11 +58,11 @@ struct Diagnosis {
     double explained = 0.0;                   ///< share of the baseline's χ² above the noise
     double unexplained = 0.0;                 ///< rms of the residual above the noise, m
     double unexplained_share = 0.0;           ///< of the rms of the swing
-    std::vector<DetectionLimit> blind_spots;  ///< what the best model does not contain
     std::vector<Experiment> next_experiments; ///< the most informative first
     std::optional<MissingForce> missing_force;
-    fit::Fit baseline;  ///< the published chain
-    fit::Fit final_fit; ///< of the last model of the ladder
+    fit::Fit baseline;                   ///< the published chain
+    fit::Fit final_fit;                  ///< of the last model of the ladder
+    std::vector<Comparison> comparisons; ///< (recordings) of final_fit
 };
 
 /// The verdict on the models of a search, without detection limits, next experiments and missing

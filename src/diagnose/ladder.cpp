@@ -132,10 +132,10 @@ NestedFits fit_nested(std::span<const measure::Measurement> measurements,
     return {std::move(baseline.recordings), std::move(models)};
 }
 
-Comparison compare(const fit::Fit& model, const measure::Measurement& measurement,
+Comparison compare(const fit::Fit& model, std::size_t part, const measure::Measurement& measurement,
                    const Policy& policy) {
     constexpr std::size_t parts = 3;
-    const fit::RecordingFit& fit = model.parts.front();
+    const fit::RecordingFit& fit = model.parts[part];
     Comparison result;
     result.moves = model.moves();
     result.id = measurement.stem.id;
@@ -168,7 +168,7 @@ Ladder climb(const measure::Measurement& measurement,
         LadderModel& added = ladder.models.emplace_back();
         added.fit = std::move(model);
         if (!added.fit.failed())
-            added.comparison = compare(added.fit, measurement, policy);
+            added.comparison = compare(added.fit, 0, measurement, policy);
     }
     add_log_evidence(ladder, fits.recordings);
     judge_models(ladder, policy);

@@ -37,8 +37,9 @@ struct Comparison {
     reduce::StemRingDowns modelled_ring_downs; ///< of the model at the same times and heights
 };
 
-/// `fit` is of one model to this one measurement.
-[[nodiscard]] Comparison compare(const fit::Fit& fit, const measure::Measurement& measurement,
+/// `part`: index of the measurement among those of the fit.
+[[nodiscard]] Comparison compare(const fit::Fit& fit, std::size_t part,
+                                 const measure::Measurement& measurement,
                                  const Policy& policy = {});
 
 /// Fits the models of `effect_sets`, each of which contains the one before it, by fit_larger(). The

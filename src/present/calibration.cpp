@@ -14,8 +14,11 @@
 namespace culm::present {
 namespace {
 
-std::string plus_minus(const Uncertain& estimate, double scale = 1.0) {
-    return present::plus_minus(estimate.value, estimate.standard_error, scale);
+/// A parameter with the combined uncertainty of the budget.
+reduce::Estimate estimate_of(const calibrate::Calibration& calibration,
+                             const physics::ParameterId& id) {
+    const fit::FittedParameter& parameter = *calibration.part().find(id);
+    return reduce::normal_estimate(parameter.value, parameter.standard_error);
 }
 
 /// The first three failed tests and the number of the others; without any the verdict's reason.
@@ -39,12 +42,8 @@ std::string adequacy_text(const diagnose::Verdict& verdict) {
 /// that both can be compared line by line.
 std::string parameter_lines(const calibrate::Calibration& calibration) {
     std::string text;
-    for (const auto& [key, parameter] : by_key(calibration.fit.parameters)) {
-        const auto place = parameter - calibration.fit.parameters.data();
-        fit::FittedParameter with_budget = *parameter;
-        with_budget.standard_error = calibration.budget.combined[static_cast<std::size_t>(place)];
-        text += fmt::format("    {:<24} {}\n", readable(*parameter).name, value_text(with_budget));
-    }
+    for (const auto& [key, parameter] : by_key(calibration.fit.parameters))
+        text += fmt::format("    {:<24} {}\n", readable(*parameter).name, value_text(*parameter));
     return text;
 }
 
@@ -111,38 +110,16 @@ std::string range_line(const char* name, const calibrate::CentralRange& found, d
 
 } // namespace
 
-/// The parameter with its combined uncertainty from the budget.
-Uncertain parameter_of(const calibrate::Calibration& calibration, const physics::ParameterId& id) {
-    const fit::FittedParameter& parameter = *calibration.part().find(id);
-    return {parameter.value, parameter.standard_error};
-}
-
-Uncertain frequency_of(const calibrate::Calibration& calibration) {
-    return {calibration.mode.frequency, calibration.frequency_error};
-}
-
-Uncertain decay_of(const calibrate::Calibration& calibration) {
-    return {calibration.mode.decay_per_cycle, calibration.decay_error};
-}
-
-Uncertain read_decay(const calibrate::StudyCalibration& found) {
-    return {found.reading.decay_per_cycle, found.reading.decay_per_cycle_standard_error};
-}
-
-Uncertain read_frequency(const calibrate::StudyCalibration& found) {
-    return {found.reading.frequency, found.reading.frequency_standard_error};
-}
-
 std::string calibration_sentence(const calibrate::Calibration& calibration) {
     return fmt::format("{}: Y = {} GPa, beta = {} (95 %). {}", calibration.id,
-                       plus_minus(parameter_of(calibration, physics::bond_youngs_modulus), 1e-9),
-                       plus_minus(parameter_of(calibration, physics::bond_damping)),
+                       plus_minus(estimate_of(calibration, physics::bond_youngs_modulus), 1e-9),
+                       plus_minus(estimate_of(calibration, physics::bond_damping)),
                        adequacy_text(calibration.verdict));
 }
 
 std::string stem_line_of(const calibrate::Calibration& calibration) {
     return measure::stem_line(calibration.stem,
-                              parameter_of(calibration, physics::bond_youngs_modulus).value);
+                              calibration.part().find(physics::bond_youngs_modulus)->value);
 }
 
 std::string calibration_text(const calibrate::Calibration& calibration, const std::string& law,
@@ -156,7 +133,7 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
                     parameter_lines(calibration));
     text += result_lines("  ", "stem: " + stem_line_of(calibration));
     text += fmt::format("  first mode: b2 {} Hz, b1 per cycle {}, damping ratio {:.5f}\n",
-                        plus_minus(frequency_of(calibration)), plus_minus(decay_of(calibration)),
+                        plus_minus(calibration.frequency), plus_minus(calibration.decay_per_cycle),
                         calibration.mode.damping_ratio());
     const measure::ReadingUnit unit = measure::reading_unit(fit.model.spec.sensors);
     text += result_lines("  ", fmt::format("residual {} rms, {:.2f} times the noise of {} ({})",
@@ -187,9 +164,9 @@ std::string calibration_table_line(const calibrate::Calibration& calibration, bo
                                   100.0 * calibration.check->frequency.relative_error())
                     : fmt::format("{:>9} {:>9}  ", "-", "-");
     return fmt::format("{:<14} {:>18} {:>16} {:>18} {:>17} {:>8.4f}  {}{}\n", calibration.id,
-                       plus_minus(parameter_of(calibration, physics::bond_youngs_modulus), 1e-9),
-                       plus_minus(parameter_of(calibration, physics::bond_damping)),
-                       plus_minus(decay_of(calibration)), plus_minus(frequency_of(calibration)),
+                       plus_minus(estimate_of(calibration, physics::bond_youngs_modulus), 1e-9),
+                       plus_minus(estimate_of(calibration, physics::bond_damping)),
+                       plus_minus(calibration.decay_per_cycle), plus_minus(calibration.frequency),
                        calibration.fit.reduced_chi_squared, check,
                        calibration.verdict.finding == diagnose::Finding::Adequate
                            ? std::string("-")
@@ -202,8 +179,8 @@ std::string study_calibration_text(const calibrate::StudyCalibration& found,
     std::string text =
         fmt::format("  by the study {}, law {}, window {:.4g} s\n    h = {:.4g} mm      b1 per "
                     "cycle {}, b2 {} Hz\n    Eqs. 12-13    {}\n    F-test terms  {}\n",
-                    study, law, found.window, 1e3 * found.height, plus_minus(read_decay(found)),
-                    plus_minus(read_frequency(found)),
+                    study, law, found.window, 1e3 * found.height,
+                    plus_minus(found.reading.decay_per_cycle), plus_minus(found.reading.frequency),
                     law_text(found.prediction, &reduce::ParameterPrediction::by_single_law),
                     law_text(found.prediction, &reduce::ParameterPrediction::by_reduced_model));
     for (const std::string& warning : found.warnings)
@@ -212,10 +189,9 @@ std::string study_calibration_text(const calibrate::StudyCalibration& found,
 }
 
 StemNumbers numbers_of(const calibrate::Calibration& calibration) {
-    return {parameter_of(calibration, physics::bond_youngs_modulus).value,
-            parameter_of(calibration, physics::bond_damping).value,
-            calibration.mode.decay_per_cycle, calibration.mode.frequency,
-            calibration.verdict.finding == diagnose::Finding::Adequate};
+    return {calibration.part().find(physics::bond_youngs_modulus)->value,
+            calibration.part().find(physics::bond_damping)->value, calibration.mode.decay_per_cycle,
+            calibration.mode.frequency, calibration.verdict.finding == diagnose::Finding::Adequate};
 }
 
 // A spread needs at least two stems.

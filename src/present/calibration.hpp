@@ -33,12 +33,6 @@ struct CalibratedStem {
 /// JSON as text, which travels between ranks.
 [[nodiscard]] std::string stem_document(const CalibratedStem& stem);
 
-/// First frequency, Hz, and decay per cycle of the calibrated chain, and a study's reading of both.
-[[nodiscard]] Uncertain frequency_of(const calibrate::Calibration& calibration);
-[[nodiscard]] Uncertain decay_of(const calibrate::Calibration& calibration);
-[[nodiscard]] Uncertain read_decay(const calibrate::StudyCalibration& found);
-[[nodiscard]] Uncertain read_frequency(const calibrate::StudyCalibration& found);
-
 /// Y, β and the verdict.
 [[nodiscard]] std::string calibration_sentence(const calibrate::Calibration& calibration);
 /// Mass, stiffness and frequency of the stem, which everybody can check.

@@ -54,28 +54,6 @@ void describe_budget(To& to, const fit::UncertaintyBudget& budget,
     });
 }
 
-/// A parameter with the combined uncertainty of the budget.
-struct CalibratedParameter {
-    Uncertain number;
-    double error_of_readings = 0.0;
-};
-template <class To>
-void describe(To& to, const CalibratedParameter& parameter) {
-    describe(to, parameter.number);
-    to("stderr_of_readings", parameter.error_of_readings);
-}
-
-std::map<std::string, CalibratedParameter>
-parameters_of(const calibrate::Calibration& calibration) {
-    std::map<std::string, CalibratedParameter> out;
-    for (const auto& [key, parameter] : by_key(calibration.fit.parameters)) {
-        const auto k = static_cast<std::size_t>(parameter - calibration.fit.parameters.data());
-        out[key] = {{parameter->value, calibration.budget.combined[k]},
-                    calibration.budget.from_readings[k]};
-    }
-    return out;
-}
-
 /// Of the parameters of the chain, without error terms.
 std::vector<std::vector<double>> correlation_of(const fit::Fit& fit, std::size_t count) {
     const auto correlation = [&fit](std::size_t a, std::size_t b) {
@@ -180,8 +158,8 @@ void describe_study(To& to, const CalibratedStem& stem) {
         to("study", stem.study);
         to("height_mm", found.height);
         to("window_s", found.window);
-        to("b1_per_cycle", [&] { return read_decay(found); });
-        to("b2_hz", [&] { return read_frequency(found); });
+        to("b1_per_cycle", found.reading.decay_per_cycle);
+        to("b2_hz", found.reading.frequency);
         laws("bond_youngs_modulus_pa", found.prediction.bond_youngs_modulus);
         laws("bond_damping", found.prediction.bond_damping);
         to("inside_design", found.prediction.is_inside_design);
@@ -196,7 +174,7 @@ void describe_calibration(To& to, const calibrate::Calibration& of, const std::s
     to(
         "sentence", [&] { return calibration_sentence(of); }, "Y, beta and the verdict");
     to("stem", [&] { return stem_line_of(of); });
-    to("parameters", [&] { return parameters_of(of); });
+    to("parameters", [&] { return shown_parameters(of.fit.parameters); });
     to.object("uncertainty_budget", [&] { describe_budget(to, of.budget, of.fit.parameters); });
     to.object("correlation", [&] {
         const auto count = [&] { return part.model.first_error(); };
@@ -209,8 +187,8 @@ void describe_calibration(To& to, const calibrate::Calibration& of, const std::s
         to("matrix", [&] { return correlation_of(of.fit, count()); });
     });
     to.object("mode", [&] {
-        to("b2_hz", [&] { return frequency_of(of); });
-        to("b1_per_cycle", [&] { return decay_of(of); });
+        to("b2_hz", of.frequency);
+        to("b1_per_cycle", of.decay_per_cycle);
         to("natural_frequency_hz", [&] { return of.mode.natural_frequency(); });
         to("damping_ratio", [&] { return of.mode.damping_ratio(); });
         to("damping_time_s", of.damping_time);

@@ -16,18 +16,26 @@
 
 namespace culm::present {
 
-/// A diagnosis with its recordings and candidates.
+struct DiagnosisOptionsView {
+    std::string law; ///< of the bonds' damping
+    std::optional<int> spheres{};
+    std::optional<double> window{}; ///< s
+    std::size_t most_effects = 0;
+    std::vector<std::string> candidates{};
+    std::vector<std::string> known{};
+};
+
+/// A diagnosis with its recordings and candidates, and how it was made.
 struct DiagnosisReport {
-    const diagnose::Diagnosis& found;
+    core::Viewed<diagnose::Diagnosis> found;
     std::span<const measure::Measurement> recordings;
-    const fit::SelectedEffects& candidates; ///< those that were tried
-    std::string law;                        ///< of the bonds' damping
+    core::Viewed<fit::SelectedEffects> candidates; ///< those that were tried
+    DiagnosisOptionsView options;
+    std::vector<std::string> folders{}; ///< (recordings)
+    Provenance provenance{};
 
     /// The model whose residuals are nearest to noise.
-    [[nodiscard]] const fit::Fit& best_fit() const { return found.final_fit; }
-    [[nodiscard]] const std::vector<fit::FittedParameter>& parameters() const {
-        return best_fit().parameters;
-    }
+    [[nodiscard]] const fit::Fit& best_fit() const { return found->final_fit; }
     /// Root mean square over the recordings, m.
     [[nodiscard]] double noise() const;
     /// The unit of the readings of all recordings.
@@ -44,29 +52,12 @@ struct DiagnosisReport {
 [[nodiscard]] std::string explanation_name(const diagnose::Diagnosis& found,
                                            const std::vector<diagnose::NamedFamily>& families);
 
-struct DiagnosisOptionsView {
-    std::string law;
-    std::optional<int> spheres;
-    std::optional<double> window; ///< s
-    std::size_t most_effects = 0;
-    std::vector<std::string> candidates;
-    std::vector<std::string> known;
-};
-
-/// Of a document: how it was made.
-struct DiagnosisContext {
-    std::vector<std::string> folders; ///< (recordings)
-    DiagnosisOptionsView options;
-    Provenance provenance;
-};
-
 /// "quadratic_drag"; of several stems "quadratic_drag of rig A", "taper of stems".
 [[nodiscard]] std::vector<std::string>
 effect_names(const std::vector<diagnose::OwnedEffect>& effects, bool is_one_stem = true);
 
 /// diagnosis.json; of several stems laboratory_json().
-[[nodiscard]] nlohmann::json diagnosis_json(const DiagnosisReport& report,
-                                            const DiagnosisContext& context);
+[[nodiscard]] nlohmann::json diagnosis_json(const DiagnosisReport& report);
 [[nodiscard]] nlohmann::json diagnosis_schema();
 
 /// The verdict in sentences, the headline first.

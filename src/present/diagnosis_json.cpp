@@ -10,6 +10,7 @@
 
 #include <map>
 #include <optional>
+#include <ranges>
 #include <string>
 #include <vector>
 
@@ -21,77 +22,33 @@ namespace {
 
 using nlohmann::json;
 
-struct ParameterWithUnit {
-    ShownParameter parameter;
-    std::string unit;
-};
-template <class To>
-void describe(To& to, const ParameterWithUnit& of) {
-    describe(to, of.parameter);
-    to("unit", of.unit);
-}
-
-std::map<std::string, ParameterWithUnit>
-parameters_with_units(std::span<const fit::FittedParameter> parameters) {
-    std::map<std::string, ParameterWithUnit> shown;
-    for (const auto& [key, parameter] : by_key(parameters))
-        shown[key] = {{{parameter->value, parameter->standard_error}, parameter->is_at_bound},
-                      parameter->unit};
-    return shown;
-}
-
-/// The answer on one stem with its recordings; `report` is null without content.
-struct DiagnosisFile {
-    core::Viewed<diagnose::Diagnosis> found;
-    core::Viewed<DiagnosisContext> context;
-    const DiagnosisReport* report = nullptr;
-
-    [[nodiscard]] std::vector<std::size_t> recordings() const {
-        std::vector<std::size_t> indices;
-        for (std::size_t k = 0; k < report->recordings.size(); ++k)
-            indices.push_back(k);
-        return indices;
-    }
-    [[nodiscard]] std::vector<std::string> ids() const {
-        std::vector<std::string> ids;
-        for (const measure::Measurement& recording : report->recordings)
-            ids.push_back(recording.stem.id);
-        return ids;
-    }
-};
-
 /// The noise is that of the fit's weights: stated, measured, or estimated from the residuals.
 template <class To>
-void describe_recording(To& to, const DiagnosisFile& file, std::size_t k) {
-    const auto recording = [&]() -> const measure::Measurement& {
-        return file.report->recordings[k];
-    };
-    const auto fit = [&]() -> const fit::RecordingFit& { return file.report->best_fit().parts[k]; };
-    to("id", [&] { return recording().stem.id; });
-    to("folder", [&] { return file.context->folders[k]; });
-    to("frames", [&] { return recording().times.size(); });
-    to("heights", [&] { return recording().heights.size(); });
-    const bool is_fitted = file.report != nullptr && k < file.report->best_fit().parts.size();
-    to.when(is_fitted, [&] {
-        to("noise_mm", [&] { return fit::typical_noise(fit()); });
-        to("noise_source", [&] { return fit().noise_source; });
-        to("noise_known", [&] { return fit().is_noise_known; });
+void describe_recording(To& to, const DiagnosisReport& report, std::size_t k) {
+    static const measure::Measurement no_recording{};
+    static const fit::RecordingFit no_part{};
+    const auto& recording = k < report.recordings.size() ? report.recordings[k] : no_recording;
+    const std::vector<fit::RecordingFit>& parts = report.best_fit().parts;
+    const fit::RecordingFit& part = k < parts.size() ? parts[k] : no_part;
+    to("id", recording.stem.id);
+    to("folder", [&] { return report.folders[k]; });
+    to("frames", [&] { return recording.times.size(); });
+    to("heights", [&] { return recording.heights.size(); });
+    to.when(k < parts.size(), [&] {
+        to("noise_mm", [&] { return fit::typical_noise(part); });
+        to("noise_source", part.noise_source);
+        to("noise_known", part.is_noise_known);
     });
 }
 
 /// The residuals of one recording of a joint fit, as `culm compare` reports them.
 template <class To>
-void describe_where_of(To& to, const DiagnosisFile& file, std::size_t k) {
-    fit::Fit alone;
-    diagnose::Comparison comparison;
-    if (file.report != nullptr) {
-        alone = file.report->best_fit();
-        alone.parts = std::vector{alone.parts[k]};
-        comparison = diagnose::compare(alone, file.report->recordings[k], file.found->policy);
-    } else {
-        alone.parts.emplace_back();
-    }
-    describe_where(to, comparison, alone.parts.front());
+void describe_where_of(To& to, const diagnose::Diagnosis& found, std::size_t k) {
+    static const diagnose::Comparison no_comparison{};
+    static const fit::RecordingFit no_part{};
+    const bool exists = k < found.comparisons.size();
+    const diagnose::Comparison& comparison = exists ? found.comparisons[k] : no_comparison;
+    describe_where(to, comparison, exists ? found.final_fit.parts[k] : no_part);
     describe_against_amplitude(to, "frequency_vs_amplitude", comparison.windows,
                                &residuals::WindowFit::frequency);
     describe_against_amplitude(to, "decay_vs_amplitude", comparison.windows,
@@ -99,23 +56,31 @@ void describe_where_of(To& to, const DiagnosisFile& file, std::size_t k) {
 }
 
 template <class To>
-void describe_recordings(To& to, const DiagnosisFile& file) {
-    const auto recordings = [&] { return file.recordings(); };
-    to("measurement", [&] { return fmt::format("{}", fmt::join(file.ids(), "+")); });
-    to.list("recordings", recordings, [&](std::size_t k) { describe_recording(to, file, k); });
-    to("noise_mm", [&] { return file.report->noise(); });
+void describe_recordings(To& to, const DiagnosisReport& report) {
+    const auto recordings = [&] {
+        return std::views::iota(std::size_t{0}, report.recordings.size());
+    };
+    const auto ids = [&] {
+        std::vector<std::string> names;
+        for (const measure::Measurement& recording : report.recordings)
+            names.push_back(recording.stem.id);
+        return names;
+    };
+    to("measurement", [&] { return fmt::format("{}", fmt::join(ids(), "+")); });
+    to.list("recordings", recordings, [&](std::size_t k) { describe_recording(to, report, k); });
+    to("noise_mm", [&] { return report.noise(); });
     to("remarks", [&] {
         std::vector<std::string> remarks;
-        for (const measure::Measurement& recording : file.report->recordings)
+        for (const measure::Measurement& recording : report.recordings)
             remarks.insert(remarks.end(), recording.remarks.begin(), recording.remarks.end());
         return remarks;
     });
     to.object(
-        "where", [&] { describe_where_of(to, file, 0); }, "of the first recording");
-    to.when(file.report != nullptr && file.report->recordings.size() > 1, [&] {
-        to("measurements", [&] { return file.ids(); });
+        "where", [&] { describe_where_of(to, *report.found, 0); }, "of the first recording");
+    to.when(report.recordings.size() > 1, [&] {
+        to("measurements", ids);
         to.list("where_by_recording", recordings,
-                [&](std::size_t k) { describe_where_of(to, file, k); });
+                [&](std::size_t k) { describe_where_of(to, *report.found, k); });
     });
 }
 
@@ -128,7 +93,7 @@ void describe_models(To& to, const diagnose::Diagnosis& found) {
             return !found.ladder.empty() &&
                    found.ladder.front().verdict.finding == diagnose::Finding::Adequate;
         });
-        to("parameters", [&] { return parameters_with_units(found.baseline.parameters); });
+        to("parameters", [&] { return shown_parameters(found.baseline.parameters); });
     });
     to.list("ladder", found.ladder, [&](const diagnose::SearchedModel& model) {
         to("model", [&] { return model.fit.names(); });
@@ -139,7 +104,7 @@ void describe_models(To& to, const diagnose::Diagnosis& found) {
         to("finding_text", [&] { return finding_text(model.verdict.finding); });
         to("p_value", model.verdict.p_value);
         to("tests", model.verdict.reason);
-        to("parameters", [&] { return parameters_with_units(model.fit.parameters); });
+        to("parameters", [&] { return shown_parameters(model.fit.parameters); });
         const bool is_first = found.ladder.empty() || &model == &found.ladder.front();
         to.when(!is_first, [&] { to("log_evidence", model.log_evidence); });
     });
@@ -212,24 +177,29 @@ void describe_missing_force(To& to, const diagnose::MissingForce& force) {
     to("effect_file", force.as_effect_file, "TOML of an effect with this force");
 }
 
+/// The answer on one stem with its recordings.
+struct DiagnosisFile {
+    core::Viewed<DiagnosisReport> report;
+};
 template <class To>
 void describe(To& to, const DiagnosisFile& file) {
     static const diagnose::MissingForce no_force;
-    const diagnose::Diagnosis& found = *file.found;
+    const DiagnosisReport& report = *file.report;
+    const diagnose::Diagnosis& found = *report.found;
     to.constant("format", "culm-diagnosis");
     to.constant("version", 2);
     describe_answer(to, found);
     to(
         "verdict", [&] { return diagnose::to_string(found.conclusion); },
         "adequate, effect, tie or unknown");
-    to("sentences", [&] { return diagnosis_sentences(*file.report); });
+    to("sentences", [&] { return diagnosis_sentences(report); });
     to("effects", found.effects, "of the likeliest explanation; empty if adequate");
     to("explained", found.explained, "share of the baseline's chi-squared above the noise");
     to("unexplained_mm", found.unexplained, "rms of the residual above the noise");
     to("unexplained_share_of_swing", found.unexplained_share);
-    to("parameters", [&] { return parameters_with_units(file.report->parameters()); });
+    to("parameters", [&] { return shown_parameters(report.best_fit().parameters); });
     describe_models(to, found);
-    describe_blind_spots(to, found.blind_spots);
+    describe_blind_spots(to, found.detection_limits);
     to.list("next_experiment", found.next_experiments, [&](const diagnose::Experiment& each) {
         to("what", each.what);
         to("separates", [&] { return std::vector{each.first_model, each.second_model}; });
@@ -238,17 +208,17 @@ void describe(To& to, const DiagnosisFile& file) {
     to.maybe("missing_force", found.missing_force.has_value(),
              [&] { describe_missing_force(to, found.missing_force.value_or(no_force)); });
     to("runs", found.batches);
-    describe_recordings(to, file);
-    to("options", file.context->options);
-    to("provenance", file.context->provenance);
+    describe_recordings(to, report);
+    to("options", report.options);
+    to("provenance", report.provenance);
 }
 
 } // namespace
 
-json diagnosis_json(const DiagnosisReport& report, const DiagnosisContext& context) {
-    if (report.found.stems.size() > 1)
-        return laboratory_json(report.found, context);
-    return core::json_of(DiagnosisFile{report.found, context, &report});
+json diagnosis_json(const DiagnosisReport& report) {
+    if (report.found->stems.size() > 1)
+        return laboratory_json(report);
+    return core::json_of(DiagnosisFile{report});
 }
 
 json diagnosis_schema() {

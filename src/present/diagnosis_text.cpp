@@ -43,7 +43,7 @@ std::string diagnosis_header(const DiagnosisReport& report) {
 /// The effect's parameters in the final model, with their intervals.
 std::string strength_lines(const DiagnosisReport& report, const std::string& effect) {
     std::string text;
-    for (const auto& [key, parameter] : by_key(report.parameters()))
+    for (const auto& [key, parameter] : by_key(report.best_fit().parameters))
         if (parameter->id.effect == effect)
             text += fmt::format("    {:<40} {}  (95 %)\n", key, value_text(*parameter));
     return text;
@@ -62,7 +62,7 @@ std::string before_and_after(const physics::ParameterId& id, const fit::Fit& bef
 
 /// The residual, Y and β before and after, and the unexplained part.
 std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
-    const diagnose::Diagnosis& found = report.found;
+    const diagnose::Diagnosis& found = *report.found;
     const fit::Fit& first = found.ladder.front().fit;
     const fit::Fit& last = report.best_fit();
     const measure::ReadingUnit unit = report.unit();
@@ -73,7 +73,7 @@ std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
         fmt::format("Residual (rms): {}; the noise is {}.", residual, unit.text(report.noise()))};
     if (first.moves()) {
         sentences.push_back("Y: " + before_and_after(physics::bond_youngs_modulus, first, last));
-        sentences.push_back(fmt::format("beta (law {}): {}", report.law,
+        sentences.push_back(fmt::format("beta (law {}): {}", report.options.law,
                                         before_and_after(physics::bond_damping, first, last)));
     }
     if (last.has_moved_inputs)
@@ -116,7 +116,7 @@ double over_noise(const fit::Fit& fit) {
 
 /// The sentences below the headline and the sizes of the effects.
 std::vector<std::string> explanations(const DiagnosisReport& report) {
-    const diagnose::Diagnosis& found = report.found;
+    const diagnose::Diagnosis& found = *report.found;
     std::vector<std::string> sentences;
     if (std::string far_off = far_off_sentence(over_noise(report.best_fit())); !far_off.empty())
         sentences.push_back(std::move(far_off));
@@ -147,11 +147,11 @@ std::vector<std::string> explanations(const DiagnosisReport& report) {
 /// The effects that are named, with their sizes.
 std::string effect_lines(const DiagnosisReport& report) {
     std::string text;
-    for (const std::string& effect : report.found.effects) {
+    for (const std::string& effect : report.found->effects) {
         const auto answer =
-            std::ranges::find(report.found.answers, effect, &diagnose::EffectAnswer::effect);
-        const bool is_likeliest_law =
-            std::ranges::any_of(report.found.alternatives.front().families, [&](const auto& named) {
+            std::ranges::find(report.found->answers, effect, &diagnose::EffectAnswer::effect);
+        const bool is_likeliest_law = std::ranges::any_of(
+            report.found->alternatives.front().families, [&](const auto& named) {
                 return named.is_open &&
                        std::ranges::find(named.members, effect) != named.members.end();
             });
@@ -289,12 +289,12 @@ double DiagnosisReport::noise() const {
 
 std::string DiagnosisReport::summary_of(const std::string& effect) const {
     const auto candidate = std::ranges::find_if(
-        candidates, [&effect](const auto& each) { return each.effect->name() == effect; });
-    return candidate == candidates.end() ? std::string() : candidate->effect->summary();
+        *candidates, [&effect](const auto& each) { return each.effect->name() == effect; });
+    return candidate == candidates->end() ? std::string() : candidate->effect->summary();
 }
 
 std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report) {
-    std::vector<std::string> sentences{diagnosis_headline(report.found)};
+    std::vector<std::string> sentences{diagnosis_headline(*report.found)};
     for (std::string& sentence : explanations(report))
         sentences.push_back(std::move(sentence));
     return sentences;
@@ -302,7 +302,7 @@ std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report) {
 
 std::string diagnosis_text(const DiagnosisReport& report, bool with_details,
                            const TextStyle& style) {
-    const diagnose::Diagnosis& found = report.found;
+    const diagnose::Diagnosis& found = *report.found;
     if (found.stems.size() > 1)
         return laboratory_text(found, with_details, style);
     std::string text = diagnosis_header(report) + style.headline(diagnosis_headline(found)) + '\n' +
@@ -314,7 +314,7 @@ std::string diagnosis_text(const DiagnosisReport& report, bool with_details,
         text += model_lines(found.ladder, report.unit(), style);
     // Without an effect the question is which effects could be there unseen.
     if (with_details || found.effects.empty())
-        text += detection_lines(found.blind_spots);
+        text += detection_lines(found.detection_limits);
     return trimmed_lines(text + failure_lines(found.posterior.models) +
                          experiment_lines(found.next_experiments));
 }

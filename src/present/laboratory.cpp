@@ -111,10 +111,10 @@ std::string remarkable_stems(const Laboratory& laboratory) {
 
 std::string limit_sentence(const Laboratory& laboratory) {
     std::vector<std::string> limits;
-    for (const diagnose::SharedLimit& limit : laboratory.shared_limits)
-        if (std::isfinite(limit.of_all))
+    for (const diagnose::DetectionLimit& limit : laboratory.detection_limits)
+        if (std::isfinite(limit.value))
             limits.push_back(fmt::format("{} {} (one stem {:.2g})", limit.effect,
-                                         with_unit(limit.of_all, limit.unit), limit.of_one));
+                                         with_unit(limit.value, limit.unit), limit.of_one));
     return limits.empty() ? ""
                           : wrapped("detection limits of all stems (3 sigma): ",
                                     fmt::format("{}", fmt::join(limits, ", ")), result_width - 42);
@@ -180,12 +180,11 @@ std::vector<diagnose::EffectAnswer> stem_effects_of(const Laboratory& laboratory
 
 /// laboratory.json.
 struct LaboratoryFile {
-    core::Viewed<Laboratory> laboratory;
-    core::Viewed<DiagnosisContext> context;
+    core::Viewed<DiagnosisReport> report;
 };
 template <class To>
 void describe(To& to, const LaboratoryFile& file) {
-    const Laboratory& laboratory = *file.laboratory;
+    const Laboratory& laboratory = *file.report->found;
     to.constant("format", "culm-laboratory");
     to.constant("version", 1);
     describe_answer(to, laboratory);
@@ -213,15 +212,23 @@ void describe(To& to, const LaboratoryFile& file) {
         to("after", laboratory.after);
     });
     to.list("stems", laboratory.stems, [&](const StemAnswer& stem) { describe_stem(to, stem); });
-    to("detection_limits", laboratory.shared_limits);
+    to.list("detection_limits", laboratory.detection_limits,
+            [&](const diagnose::DetectionLimit& limit) {
+                to("effect", limit.effect);
+                to("rig", limit.rig);
+                to("parameter", limit.parameter);
+                to("unit", limit.unit);
+                to("one_stem", limit.of_one);
+                to("all_stems", limit.value);
+            });
     to("largest_unvisited_log_evidence", [&] {
         return laboratory.largest_unvisited
                    ? std::optional(laboratory.largest_unvisited->log_evidence)
                    : std::nullopt;
     });
-    to("folders", file.context->folders);
-    to("options", file.context->options);
-    to("provenance", file.context->provenance);
+    to("folders", file.report->folders);
+    to("options", file.report->options);
+    to("provenance", file.report->provenance);
 }
 
 } // namespace
@@ -234,8 +241,8 @@ std::string rig_effects_text(std::span<const diagnose::EffectAnswer> effects) {
     return text;
 }
 
-json laboratory_json(const Laboratory& laboratory, const DiagnosisContext& context) {
-    return core::json_of(LaboratoryFile{laboratory, context});
+json laboratory_json(const DiagnosisReport& report) {
+    return core::json_of(LaboratoryFile{report});
 }
 
 json laboratory_schema() {

@@ -39,8 +39,7 @@ void describe_rig_effects(To& to, const char* key,
 }
 
 /// laboratory.json.
-[[nodiscard]] nlohmann::json laboratory_json(const diagnose::Diagnosis& laboratory,
-                                             const DiagnosisContext& context);
+[[nodiscard]] nlohmann::json laboratory_json(const DiagnosisReport& report);
 [[nodiscard]] nlohmann::json laboratory_schema();
 
 /// The verdict, the effects, Y and β over the stems, and the remarkable stems. `with_details`: also

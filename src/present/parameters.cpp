@@ -26,8 +26,8 @@ std::string with_uncertainty(double value, double half) {
     return fmt::format("{:.{}f} ± {:.{}f}", value, decimals, half, decimals);
 }
 
-std::string plus_minus(double value, double standard_error, double scale) {
-    return with_uncertainty(scale * value, scale * reduce::normal_quantile_95 * standard_error);
+std::string plus_minus(const reduce::Estimate& estimate, double scale) {
+    return with_uncertainty(scale * estimate.value, scale * (estimate.upper - estimate.value));
 }
 
 std::string parameter_key(const fit::FittedParameter& parameter) {
@@ -50,7 +50,8 @@ std::map<std::string, ShownParameter>
 shown_parameters(std::span<const fit::FittedParameter> parameters) {
     std::map<std::string, ShownParameter> shown;
     for (const auto& [key, parameter] : by_key(parameters))
-        shown[key] = {{parameter->value, parameter->standard_error}, parameter->is_at_bound};
+        shown[key] = {reduce::normal_estimate(parameter->value, parameter->standard_error),
+                      parameter->unit, parameter->is_at_bound};
     return shown;
 }
 
@@ -69,7 +70,8 @@ ReadableParameter readable(const fit::FittedParameter& parameter) {
 
 std::string value_text(const fit::FittedParameter& parameter) {
     const ReadableParameter shown = readable(parameter);
-    std::string text = plus_minus(parameter.value, parameter.standard_error, shown.scale);
+    std::string text =
+        plus_minus(reduce::normal_estimate(parameter.value, parameter.standard_error), shown.scale);
     if (!shown.unit.empty())
         text += fmt::format(" {}", shown.unit);
     return text + (parameter.is_at_bound ? "  (at its bound)" : "");

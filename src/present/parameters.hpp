@@ -16,30 +16,12 @@
 
 namespace culm::present {
 
-/// A number with its standard error; the interval is that of 95 %.
-struct Uncertain {
-    double value = 0.0;
-    double standard_error = 0.0;
-};
-template <class To>
-void describe(To& to, const Uncertain& number) {
-    to("value", number.value);
-    to("stderr", number.standard_error);
-    to(
-        "interval",
-        [&] {
-            const double half = reduce::normal_quantile_95 * number.standard_error;
-            return reduce::Bounds{number.value - half, number.value + half};
-        },
-        "95 %");
-}
-
 /// "1.90173 ± 0.00065": both to the second significant digit of `half`, half of an interval; five
 /// digits of the value if `half` is unknown.
 [[nodiscard]] std::string with_uncertainty(double value, double half);
 
 /// `scale` times value and half of the 95 % interval.
-[[nodiscard]] std::string plus_minus(double value, double standard_error, double scale = 1.0);
+[[nodiscard]] std::string plus_minus(const reduce::Estimate& estimate, double scale = 1.0);
 
 /// bond_youngs_modulus_pa, tip_deflection_m, …; effects' parameters have their unit in their name.
 /// The key of a parameter of one of several recordings ends in an at sign and the recording's id:
@@ -52,12 +34,14 @@ by_key(std::span<const fit::FittedParameter> parameters);
 
 /// A fitted parameter of a document.
 struct ShownParameter {
-    Uncertain number;
+    reduce::Estimate estimate;
+    std::string unit;
     bool is_at_bound = false;
 };
 template <class To>
 void describe(To& to, const ShownParameter& parameter) {
-    describe(to, parameter.number);
+    describe(to, parameter.estimate);
+    to("unit", parameter.unit);
     to("at_bound", parameter.is_at_bound);
 }
 /// By parameter_key().

@@ -142,10 +142,6 @@ void describe(To& to, const FitFile& file) {
 // A screen has some 40 lines; for more stems than this only the population is shown.
 constexpr std::size_t most_stems = 30;
 
-std::string plus_minus(const reduce::Estimate& found) {
-    return with_uncertainty(found.value, found.upper - found.value);
-}
-
 std::string p_text(double p) {
     return p < 1e-4 ? std::string("< 0.0001") : fmt::format("{:.4f}", p);
 }

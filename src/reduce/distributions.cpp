@@ -38,6 +38,11 @@ double student_t_factor(std::size_t degrees_of_freedom) {
     return boost::math::quantile(boost::math::complement(distribution, tail));
 }
 
+Estimate normal_estimate(double value, double standard_error) {
+    const double half = normal_quantile_95 * standard_error;
+    return {value, standard_error, value - half, value + half};
+}
+
 Estimate estimate(double value, double variance, double factor) {
     const double error = std::sqrt(std::max(variance, 0.0));
     return {value, error, value - factor * error, value + factor * error};

@@ -36,9 +36,16 @@ template <class To>
 void describe(To& to, const Estimate& found) {
     to("value", found.value);
     to("stderr", found.standard_error);
-    to("interval", [&] { return Bounds{found.lower, found.upper}; }, "95 %");
+    to(
+        "interval",
+        [&] {
+            return Bounds{found.lower, found.upper};
+        },
+        "95 %");
 }
 
+/// With the interval of a normal distribution.
+[[nodiscard]] Estimate normal_estimate(double value, double standard_error);
 /// With an interval of `factor` standard errors to either side; a negative variance counts as zero.
 [[nodiscard]] Estimate estimate(double value, double variance, double factor);
 

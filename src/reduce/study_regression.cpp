@@ -195,8 +195,9 @@ double slope_along(Term along, const LinearRegression& law, std::span<const Term
         if (terms[j] == along)
             slope += law.coefficients[j].value;
         if (terms[j] == Term::Interaction)
-            slope += law.coefficients[j].value *
-                     (along == Term::First ? reading.frequency : reading.decay_per_cycle);
+            slope +=
+                law.coefficients[j].value *
+                (along == Term::First ? reading.frequency.value : reading.decay_per_cycle.value);
     }
     return slope;
 }
@@ -205,13 +206,14 @@ Prediction predict_response(const LinearRegression& law, std::span<const Term> t
                             const StemReading& reading) {
     std::vector<double> regressors;
     for (const Term term : terms)
-        regressors.push_back(term_value(term, reading.decay_per_cycle, reading.frequency));
+        regressors.push_back(
+            term_value(term, reading.decay_per_cycle.value, reading.frequency.value));
     const Prediction exact = predict(law, regressors);
     // The errors of b1 and b2 propagate through the law to first order. They are independent of the
     // law's errors and of each other.
     const double reading_error = std::hypot(
-        slope_along(Term::First, law, terms, reading) * reading.decay_per_cycle_standard_error,
-        slope_along(Term::Second, law, terms, reading) * reading.frequency_standard_error);
+        slope_along(Term::First, law, terms, reading) * reading.decay_per_cycle.standard_error,
+        slope_along(Term::Second, law, terms, reading) * reading.frequency.standard_error);
     const double variance = std::pow(exact.standard_error, 2) + std::pow(reading_error, 2);
     return {estimate(exact.value, variance, student_t_factor(law.degrees_of_freedom)),
             std::hypot(exact.mean_standard_error, reading_error)};
@@ -409,21 +411,21 @@ StudyRegression regress_study(const StudyPoints& points, double significance) {
 
 StemPrediction predict_stem(const StudyRegression& study, const StemReading& reading) {
     for (const double number :
-         {reading.decay_per_cycle, reading.frequency, reading.decay_per_cycle_standard_error,
-          reading.frequency_standard_error})
+         {reading.decay_per_cycle.value, reading.frequency.value,
+          reading.decay_per_cycle.standard_error, reading.frequency.standard_error})
         if (!std::isfinite(number))
             throw core::NumericalError(
                 core::FailureKind::FitFailed,
                 fmt::format("the stem's reading (decay per cycle {:g}, frequency {:g} Hz) or its "
                             "standard errors are not finite",
-                            reading.decay_per_cycle, reading.frequency));
+                            reading.decay_per_cycle.value, reading.frequency.value));
     StemPrediction prediction;
     prediction.bond_youngs_modulus = predict_parameter(study.sqrt_youngs_modulus, reading);
     square(prediction.bond_youngs_modulus.by_single_law, prediction.bond_youngs_modulus.reason);
     square(prediction.bond_youngs_modulus.by_reduced_model, prediction.bond_youngs_modulus.reason);
     prediction.bond_damping = predict_parameter(study.bond_damping, reading);
-    prediction.is_inside_design = study.decay_per_cycle.contains(reading.decay_per_cycle) &&
-                                  study.frequency.contains(reading.frequency);
+    prediction.is_inside_design = study.decay_per_cycle.contains(reading.decay_per_cycle.value) &&
+                                  study.frequency.contains(reading.frequency.value);
     return prediction;
 }
 

@@ -119,10 +119,8 @@ struct StudyRegression {
 
 /// Parameters of Eq. 1 fitted to a stem. Standard errors of 0 mean that the reading is exact.
 struct StemReading {
-    double decay_per_cycle = 0.0;
-    double frequency = 0.0; ///< Hz
-    double decay_per_cycle_standard_error = 0.0;
-    double frequency_standard_error = 0.0; ///< Hz
+    Estimate decay_per_cycle;
+    Estimate frequency; ///< Hz
 };
 
 /// One parameter of the stem by both laws; a law that the study does not determine is empty.

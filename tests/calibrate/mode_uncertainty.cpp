@@ -37,7 +37,7 @@ double relative_error(const calibrate::Calibration& found, const std::string& pa
 }
 
 double relative_frequency_error(const calibrate::Calibration& found) {
-    return found.frequency_error / found.mode.frequency;
+    return found.frequency.standard_error / found.mode.frequency;
 }
 
 // ω = √(k/m) with every k proportional to Y, and a logarithmic decrement proportional to β.
@@ -45,7 +45,7 @@ TEST(ModeUncertainty, FollowsYAndBetaWhereOnlyTheNoiseCounts) {
     const calibrate::Calibration found = calibrate::calibrate_stem(exactly_stated());
     EXPECT_NEAR(relative_frequency_error(found) / relative_error(found, "bond_youngs_modulus"), 0.5,
                 1e-3);
-    EXPECT_NEAR(found.decay_error / std::abs(found.mode.decay_per_cycle) /
+    EXPECT_NEAR(found.decay_per_cycle.standard_error / std::abs(found.mode.decay_per_cycle) /
                     relative_error(found, "bond_damping"),
                 1.0, 0.01);
 }
@@ -100,7 +100,9 @@ TEST(ModeUncertainty, ContainsAStatedDensityWhereAnEffectCarriesAMass) {
 
     stem.measurement.uncertainties.density = share * density;
     const calibrate::Calibration found = stem.with_density(density);
-    EXPECT_NEAR(found.frequency_error / std::hypot(exact.frequency_error, by_density), 1.0, 0.02);
+    EXPECT_NEAR(found.frequency.standard_error /
+                    std::hypot(exact.frequency.standard_error, by_density),
+                1.0, 0.02);
 
     // The density is that of touching spheres.
     const double mass = 0.2427 * density * std::numbers::pi / 6.0 * std::pow(2.83e-3, 2) *

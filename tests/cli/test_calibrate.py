@@ -112,17 +112,16 @@ class Calibrate(CulmTest):
             parts["readings"] = budget["readings"]["shares"][key]
             self.assertAlmostEqual(sum(parts.values()), 1.0, places=6)
             self.assertEqual(stem["parameters"][key]["stderr"], budget["combined"][key])
-            return parts, stem["parameters"][key]
+            return parts, stem["parameters"][key], budget["readings"]["standard_uncertainties"][key]
 
-        before, wide = shares(plain)
-        after, narrow = shares(better)
+        before, wide, wide_readings = shares(plain)
+        after, narrow, narrow_readings = shares(better)
         self.assertGreater(before["diameter"], 0.5)
         self.assertLess(after["diameter"], 0.01)
         # Y is the same, because the readings determine the diameter only through the scale; its
         # interval was that of the calipers.
         self.assertAlmostEqual(wide["value"] / narrow["value"], 1.0, places=4)
-        self.assertAlmostEqual(wide["stderr_of_readings"] / narrow["stderr_of_readings"], 1.0,
-                               delta=0.02)
+        self.assertAlmostEqual(wide_readings / narrow_readings, 1.0, delta=0.02)
         self.assertLess(narrow["stderr"], 0.6 * wide["stderr"])
         self.assertIn("0.001 mm  ", finished.stdout)
         self.assertNotIn("stated for length, diameter", finished.stdout)

@@ -29,11 +29,11 @@ TEST(Diagnosis, NamesNothingWhereNothingIsMissing) {
     EXPECT_EQ(found.conclusion, Conclusion::Adequate) << found.reason;
     EXPECT_TRUE(found.effects.empty());
     EXPECT_EQ(found.ladder.size(), 1u);
-    ASSERT_EQ(found.blind_spots.size(), 5u);
+    ASSERT_EQ(found.detection_limits.size(), 5u);
     // A mass that this record cannot show would appear as a softer stem.
     const auto tip_mass =
-        std::ranges::find(found.blind_spots, "tip_mass", &diagnose::DetectionLimit::effect);
-    ASSERT_NE(tip_mass, found.blind_spots.end());
+        std::ranges::find(found.detection_limits, "tip_mass", &diagnose::DetectionLimit::effect);
+    ASSERT_NE(tip_mass, found.detection_limits.end());
     EXPECT_LT(tip_mass->youngs_modulus_bias, 0.0);
     EXPECT_GT(found.probability, 0.5);
     EXPECT_FALSE(found.next_experiments.empty());
@@ -125,8 +125,8 @@ TEST(Diagnosis, TriesNoOtherLawOfDragBesideTheAnswer) {
         diagnose::specimens_of(recordings), quick_diagnosis("taper,viscous_drag,quadratic_drag"));
     EXPECT_EQ(found.effects, std::vector<std::string>{"quadratic_drag"});
     // Two drags are one law: only the taper is a blind spot.
-    ASSERT_EQ(found.blind_spots.size(), 1u);
-    EXPECT_EQ(found.blind_spots.front().effect, "taper");
+    ASSERT_EQ(found.detection_limits.size(), 1u);
+    EXPECT_EQ(found.detection_limits.front().effect, "taper");
 }
 
 } // namespace

@@ -210,9 +210,9 @@ TEST(Laboratory, NamesNothingWhereTheChainIsRight) {
     EXPECT_TRUE(found.families.empty());
     for (const diagnose::EffectAnswer& each : found.answers)
         EXPECT_TRUE(each.values.empty()) << each.effect;
-    EXPECT_EQ(found.shared_limits.size(), 2u); // of the rig's candidates
-    for (const diagnose::SharedLimit& limit : found.shared_limits)
-        EXPECT_NE(limit.of_one, limit.of_all);
+    EXPECT_EQ(found.detection_limits.size(), 2u); // of the rig's candidates
+    for (const diagnose::DetectionLimit& limit : found.detection_limits)
+        EXPECT_NE(limit.of_one, limit.value);
 }
 
 TEST(Laboratory, DoesNotNameWhatIsKnown) {

@@ -123,7 +123,7 @@ TEST(Verdict, IsUndecidedForAnExcerptOfOneCycle) {
     const measure::Measurement measurement = recording("T1-null").front();
     const fit::Fit fit = tests::fit_baseline(measurement, options);
     ASSERT_FALSE(fit.failed()) << fit.reason;
-    const diagnose::Comparison comparison = diagnose::compare(fit, measurement);
+    const diagnose::Comparison comparison = diagnose::compare(fit, 0, measurement);
     EXPECT_EQ(comparison.verdict.finding, diagnose::Finding::Undecided);
     EXPECT_NE(comparison.verdict.reason.find("too few"), std::string::npos);
 }

@@ -223,7 +223,7 @@ def calibrated(name, adequate=True):
         "stem": "157 mm, 2.83 mm, 82.3 mg (0.524 g/m), EI 0.0063 N m² at Y = 2 GPa, beam theory b2 = "
                 "78.7 Hz",
         "sentence": f"{name}: Y = 2.0 GPa; the model is {'' if adequate else 'in'}adequate.",
-        "parameters": {key: estimate(*pair) | {"stderr_of_readings": 0.5 * estimate(*pair)["stderr"]}
+        "parameters": {key: estimate(*pair) | {"unit": "", "at_bound": False}
                        for key, pair in PARAMETERS.items()},
         "uncertainty_budget": uncertainty_budget(),
         "correlation": {"names": list(PARAMETERS), "matrix": np.eye(4).tolist()},

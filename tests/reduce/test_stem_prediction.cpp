@@ -17,10 +17,7 @@ using testing::paper_study;
 using testing::StudyData;
 
 StemReading reading(double decay, double frequency) {
-    StemReading stem;
-    stem.decay_per_cycle = decay;
-    stem.frequency = frequency;
-    return stem;
+    return {normal_estimate(decay, 0.0), normal_estimate(frequency, 0.0)};
 }
 
 TEST(StemPrediction, TheWorkedExampleOfThePaperFollowsFromItsLaws) {
@@ -57,8 +54,8 @@ TEST(StemPrediction, TheReadingsOwnErrorsEnterThroughTheSlope) {
     const StudyRegression study = regress_study(paper_study(300.0, 1.0).view());
     StemReading stem = reading(-0.5, 113.1);
     const Prediction exact = *predict_stem(study, stem).bond_damping.by_single_law;
-    stem.decay_per_cycle_standard_error = 0.02;
-    stem.frequency_standard_error = 1.0; // the law of β does not depend on it
+    stem.decay_per_cycle.standard_error = 0.02;
+    stem.frequency.standard_error = 1.0; // the law of β does not depend on it
     const Prediction uncertain = *predict_stem(study, stem).bond_damping.by_single_law;
     const double slope = study.bond_damping.regression->single.slope.value;
     EXPECT_EQ(uncertain.value, exact.value);
@@ -79,13 +76,13 @@ TEST(StemPrediction, AnInteractionTiltsTheSlopeOfTheReducedModel) {
     ASSERT_EQ(study.bond_damping.regression->reduced->model.terms.size(), 4U);
     StemReading stem = reading(-0.35, 100.0);
     const Prediction exact = *predict_stem(study, stem).bond_damping.by_reduced_model;
-    stem.decay_per_cycle_standard_error = 1.0;
+    stem.decay_per_cycle.standard_error = 1.0;
     const Prediction by_decay = *predict_stem(study, stem).bond_damping.by_reduced_model;
     // ∂β/∂b1 = −250 − 0.5 · 100; with a scatter of 0.04 the slope has an error below 0.1.
     EXPECT_NEAR(by_decay.standard_error, 300.0, 0.1);
     EXPECT_NEAR(exact.value, 2.0 + 87.5 + 10.0 + 17.5, 0.05);
-    stem.decay_per_cycle_standard_error = 0.0;
-    stem.frequency_standard_error = 10.0;
+    stem.decay_per_cycle.standard_error = 0.0;
+    stem.frequency.standard_error = 10.0;
     const Prediction by_frequency = *predict_stem(study, stem).bond_damping.by_reduced_model;
     EXPECT_NEAR(by_frequency.standard_error, 10.0 * (0.1 + 0.5 * 0.35), 0.01);
 }

@@ -12,7 +12,7 @@
 namespace culm::study {
 namespace {
 
-using present::to_json;
+using present::summary_json;
 
 Study study_of(const std::string& text) {
     const StudyFiles files{{"stems.csv", "length_mm,d\n150,2.5\n152,2.7\n157,2.6\n160,2.9\n"}};
@@ -113,7 +113,7 @@ TEST(ReplicateSummary, GivesReasonsWithoutADistributionOrEnoughPoints) {
     const auto summary = summarise_replicates(list, y, y);
     StudySummary all;
     all.replicates = summary;
-    const nlohmann::json out = to_json(all);
+    const nlohmann::json out = summary_json(all);
     EXPECT_EQ(out["sensitivity"]["reason"], "the points of a list have no distribution");
     EXPECT_EQ(out["population"]["frequency"]["mean"], 1.5);
     EXPECT_FALSE(out.contains("variance_components"));

@@ -18,7 +18,7 @@
 namespace culm::study {
 namespace {
 
-using present::to_json;
+using present::summary_json;
 using present::write_summary;
 
 using nlohmann::json;
@@ -58,7 +58,7 @@ const std::vector<double> three_moduli{1e9, 4e9, 9e9};
 const std::vector<double> three_dampings{50, 100, 150};
 
 TEST(Summary, HasTheDocumentedKeys) {
-    const json summary = to_json(summary_of(three_moduli, three_dampings));
+    const json summary = summary_json(summary_of(three_moduli, three_dampings));
     EXPECT_EQ(keys_of(summary),
               (std::set<std::string>{"points", "stem", "completed", "failed", "ranks", "wall_s",
                                      "integrator", "fit", "regression"}));
@@ -78,13 +78,13 @@ TEST(Summary, StatesHowTheHistoriesWereFitted) {
     summary.reduce.window = 0.05;
     summary.reduce.is_amplitude_free = false;
     summary.reduce.significance = 0.01;
-    EXPECT_EQ(to_json(summary)["fit"],
+    EXPECT_EQ(summary_json(summary)["fit"],
               (json{{"window_s", 0.05}, {"amplitude", "fixed"}, {"significance", 0.01}}));
 }
 
 TEST(Summary, RegressionHasTheDocumentedKeysAndTheNumbersOfTheRegression) {
     const StudySummary summary = summary_of(three_moduli, three_dampings);
-    const json all = to_json(summary);
+    const json all = summary_json(summary);
     const json& found = all["regression"]["sqrt_youngs_modulus"];
     EXPECT_EQ(keys_of(found),
               (std::set<std::string>{"predictor", "unit", "points", "intercept", "slope",
@@ -110,7 +110,7 @@ TEST(Summary, RegressionHasTheDocumentedKeysAndTheNumbersOfTheRegression) {
 }
 
 TEST(Summary, HistogramCountsEveryPoint) {
-    const json all = to_json(summary_of(three_moduli, three_dampings));
+    const json all = summary_json(summary_of(three_moduli, three_dampings));
     for (const char* response : {"sqrt_youngs_modulus", "bond_damping"}) {
         const json& histogram = all["regression"][response]["residuals_percent"];
         EXPECT_EQ(histogram["edges"].size(), histogram["counts"].size() + 1);
@@ -122,7 +122,7 @@ TEST(Summary, HistogramCountsEveryPoint) {
 }
 
 TEST(Summary, DesignWithOneDampingHasAReasonInsteadOfItsLaw) {
-    const json all = to_json(summary_of(three_moduli, {100}));
+    const json all = summary_json(summary_of(three_moduli, {100}));
     const json& damping = all["regression"]["bond_damping"];
     EXPECT_EQ(keys_of(damping), (std::set<std::string>{"reason"}));
     EXPECT_EQ(damping["reason"], "bond_damping has the one value 100 at every point of the study: "
@@ -132,7 +132,7 @@ TEST(Summary, DesignWithOneDampingHasAReasonInsteadOfItsLaw) {
 
 TEST(Summary, ResponseWithoutTermsSaysWhy) {
     // Three points determine a line with one degree of freedom, but not an interaction model.
-    const json all = to_json(summary_of(three_moduli, {100}));
+    const json all = summary_json(summary_of(three_moduli, {100}));
     const json& found = all["regression"]["sqrt_youngs_modulus"];
     EXPECT_EQ(found["terms"], json::array());
     EXPECT_FALSE(found["terms_reason"].get<std::string>().empty());
@@ -145,7 +145,7 @@ TEST(Summary, StudyWithoutAnyFitHasReasonsForBoth) {
     summary.regression = reduce::regress_study(
         {summary.youngs_modulus, summary.bond_damping, summary.decay_per_cycle, summary.frequency},
         0.05);
-    const json all = to_json(summary);
+    const json all = summary_json(summary);
     for (const char* response : {"sqrt_youngs_modulus", "bond_damping"})
         EXPECT_EQ(keys_of(all["regression"][response]), (std::set<std::string>{"reason"}));
 }
@@ -156,7 +156,7 @@ TEST(Summary, IsJsonEvenWhenNumbersDoNotExist) {
     auto& single = summary.regression.sqrt_youngs_modulus.regression->single;
     single.slope.upper = std::numeric_limits<double>::infinity();
     single.regression.adjusted_r_squared = not_a_number;
-    const std::string text = to_json(summary).dump(2);
+    const std::string text = summary_json(summary).dump(2);
     const json parsed = json::parse(text); // throws on a bare nan or inf
     EXPECT_TRUE(parsed["regression"]["sqrt_youngs_modulus"]["adjusted_r2"].is_null());
     EXPECT_TRUE(parsed["regression"]["sqrt_youngs_modulus"]["interval"]["slope"][1].is_null());
@@ -168,7 +168,7 @@ TEST(Summary, ListsFailedPoints) {
     StudySummary summary = summary_of(three_moduli, three_dampings);
     summary.failed.push_back({4, "instability", "the motion gained energy"});
     EXPECT_EQ(
-        to_json(summary)["failed"],
+        summary_json(summary)["failed"],
         (json::array(
             {{{"point", 4}, {"kind", "instability"}, {"reason", "the motion gained energy"}}})));
 }
@@ -179,7 +179,7 @@ TEST(Summary, IsWrittenWithALineOfFitsForEveryPoint) {
     summary.decay_per_cycle = {-0.25, not_a_number};
     summary.frequency = {55.5, not_a_number};
     write_summary(StudyFolder(folder.path()), summary);
-    EXPECT_EQ(json::parse(tests::content_of(folder / "summary.json")), to_json(summary));
+    EXPECT_EQ(json::parse(tests::content_of(folder / "summary.json")), summary_json(summary));
     EXPECT_EQ(tests::content_of(folder / "fits.csv"),
               "point,bond_youngs_modulus_pa,bond_damping,decay_per_cycle,frequency_hz\n"
               "0,1000000000,50,-0.25,55.5\n"
@@ -213,7 +213,7 @@ TEST_F(ArchiveSummary, EqualsThatOfFittingAgainUnderTheSameOptions) {
     const ArchivedStudy archived = open_archive(folder);
     const StudySummary stored = reduce_study(archived, std::nullopt);
     const StudySummary again = reduce_study(archived, archived.study.config.reduce);
-    EXPECT_EQ(to_json(again), to_json(stored));
+    EXPECT_EQ(summary_json(again), summary_json(stored));
     EXPECT_EQ(stored.completed, 12);
     EXPECT_EQ(stored.ranks, 1);
     EXPECT_EQ(stored.youngs_modulus[3], 9e9);

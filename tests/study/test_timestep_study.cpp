@@ -18,7 +18,7 @@
 namespace culm::study {
 namespace {
 
-using present::to_json;
+using present::summary_json;
 using present::write_summary;
 
 const std::string header = "[study]\nkind = \"timestep\"\n";
@@ -153,7 +153,7 @@ TEST_F(TimestepStudy, FindsOnlyTheLimitsWithoutFractions) {
     ASSERT_EQ(found.stems.size(), 4U);
     EXPECT_TRUE(found.stems[0].steps.empty());
     EXPECT_GT(found.stems[0].stable, 0.0);
-    const nlohmann::json json = to_json(found);
+    const nlohmann::json json = summary_json(found);
     EXPECT_TRUE(json["errors"].empty());
     EXPECT_FALSE(json.contains("implicit_against_converged"));
 }
@@ -166,7 +166,7 @@ TEST_F(TimestepStudy, StemThatDoesNotSwingKeepsItsLimitAndSaysThatThereIsNoFit) 
     EXPECT_GT(found.stems[0].stable, 0.0);
     EXPECT_EQ(found.stems[0].steps[0].outcome, StepOutcome::NoFit);
     EXPECT_TRUE(std::isnan(found.stems[0].steps[0].frequency));
-    EXPECT_TRUE(to_json(found)["errors"][0]["frequency_error"].is_null());
+    EXPECT_TRUE(summary_json(found)["errors"][0]["frequency_error"].is_null());
 }
 
 TEST_F(TimestepStudy, WritesItsSummaryAndTables) {
@@ -174,7 +174,7 @@ TEST_F(TimestepStudy, WritesItsSummaryAndTables) {
     write_summary(folder_, found);
     for (const char* name : {"summary.json", "limits.csv", "step_errors.csv"})
         EXPECT_TRUE(std::filesystem::exists(folder_.path() / name)) << name;
-    const nlohmann::json json = to_json(found);
+    const nlohmann::json json = summary_json(found);
     EXPECT_EQ(json["kind"], "timestep");
     EXPECT_EQ(json["completed"], 4);
     EXPECT_EQ(json["limits"]["axial"], 4);

@@ -11,9 +11,9 @@
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/answer_json.hpp"
+#include "present/deflection_table.hpp"
 #include "present/diagnosis.hpp"
 #include "present/files.hpp"
-#include "present/deflection_table.hpp"
 #include "present/text.hpp"
 #include "study/config/study_effects.hpp"
 
@@ -152,19 +152,14 @@ std::vector<std::string> names_of(const fit::SelectedEffects& effects) {
     return names;
 }
 
-present::DiagnosisContext context_of(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
-                                     const present::Provenance& provenance) {
-    present::DiagnosisContext context;
-    for (const fs::path& folder : plan.read.folders)
-        context.folders.push_back(folder.string());
-    context.options = {arguments.law,
-                       arguments.spheres,
-                       arguments.window_s,
-                       arguments.most_effects,
-                       names_of(plan.effects.candidates),
-                       names_of(plan.effects.known)};
-    context.provenance = provenance;
-    return context;
+present::DiagnosisOptionsView options_view(const DiagnoseArguments& arguments,
+                                           const DiagnosisPlan& plan) {
+    return {arguments.law,
+            arguments.spheres,
+            arguments.window_s,
+            arguments.most_effects,
+            names_of(plan.effects.candidates),
+            names_of(plan.effects.known)};
 }
 
 /// "--with A,B" of the known and the `added` effects, and the chain's options.
@@ -254,10 +249,13 @@ void write_deflections(const fs::path& folder, const diagnose::Diagnosis& found,
 core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
                       const diagnose::Diagnosis& found, const present::Provenance& provenance) {
     const bool is_one = plan.specimens.size() == 1;
-    const present::DiagnosisReport report{found, plan.read.measurements, plan.effects.candidates,
-                                          arguments.law};
+    present::DiagnosisReport report{found, plan.read.measurements, plan.effects.candidates,
+                                    options_view(arguments, plan)};
+    for (const fs::path& folder : plan.read.folders)
+        report.folders.push_back(folder.string());
+    report.provenance = provenance;
     write_results(arguments, plan.read.measurements, is_one ? "diagnosis.json" : "laboratory.json",
-                  present::diagnosis_json(report, context_of(arguments, plan, provenance)));
+                  present::diagnosis_json(report));
     if (is_one && !arguments.output.empty()) {
         const fs::path folder = arguments.output;
         write_deflections(folder, found, plan.read.measurements);
@@ -284,10 +282,9 @@ std::unique_ptr<KeptItems> kept_fits(const DiagnoseArguments& arguments, const D
         if (arguments.output.empty())
             return core::ExitCode::Done;
         core::create_folder(arguments.output);
-        const nlohmann::json identity = {
-            {"program", version_text()},
-            {"options", core::json_of(context_of(arguments, plan, {}).options)},
-            {"inputs", core::json_value(provenance.inputs(), 1.0)}};
+        const nlohmann::json identity = {{"program", version_text()},
+                                         {"options", core::json_of(options_view(arguments, plan))},
+                                         {"inputs", core::json_value(provenance.inputs(), 1.0)}};
         kept = std::make_unique<KeptItems>(arguments.output, identity.dump(1), arguments.resumes);
         if (kept->size() > 0 && !arguments.is_quiet)
             print_note(fmt::format("{} kept in {} are not computed again",
