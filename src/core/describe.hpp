@@ -13,8 +13,8 @@
 // Numbers are in SI and are written in the unit with which the key ends, or in that of the member
 // that contains the result. A function gives a value that is no member; the schema takes only its
 // type, from a result without content. Members under `when` may be absent; `maybe` is an object or
-// null, and so is an empty optional; what has `lower` and `upper` is [lower, upper]. A result that
-// travels between ranks needs no other list of its members (core/wire.hpp).
+// null, and so is an empty optional; what has `lower` and `upper` is [lower, upper]. A result
+// may also travel between ranks by its description (core/wire.hpp).
 #pragma once
 
 #include "core/units.hpp"

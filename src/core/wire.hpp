@@ -1,23 +1,28 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Typed values as bytes and back: the one format in which ranks exchange messages and results.
 //
-// A struct travels if its namespace has a function that names its members:
+// A plain struct travels as it is, with all its members:
 //
 //     struct Fit { std::string name; std::vector<double> values; std::optional<Rung> rung; };
-//
-//     template <class Wire>
-//     void fields(Wire& wire, Fit& fit) { wire(fit.name, fit.values, fit.rung); }
 //
 //     const core::Bytes bytes = core::encoded(fit);
 //     const Fit same = core::decoded<Fit>(bytes);
 //
-// A result with a description (core/describe.hpp) of all its members needs no other list; its struct
-// says `using TravelsAsDescribed = void;`.
+// Where some members stay behind, or the struct has a base class or constructors, its namespace
+// has a function that names the members that travel. It precedes the first use of the struct:
+//
+//     template <class Wire>
+//     void fields(Wire& wire, Fit& fit) { wire(fit.name, fit.values); }
+//
+// The description of a result (core/describe.hpp) is such a list, too, if its struct says
+// `using TravelsAsDescribed = void;`.
 //
 // Numbers and enumerations, std::string, vector, array, optional, pair, map and structs of them
 // travel. Doubles keep every bit. What a shared pointer to a constant points to travels as a copy.
 // Anything else, another pointer above all, does not compile.
 #pragma once
+
+#include "core/aggregate.hpp"
 
 #include <array>
 #include <concepts>
@@ -69,11 +74,17 @@ class DescribedMembers {
 };
 
 template <class T, class Wire>
-concept TravelsByDescription = !TravelsByFields<T, Wire> &&
-                               requires { typename T::TravelsAsDescribed; };
+concept TravelsByDescription = !TravelsByFields<T, Wire> && requires {
+    typename T::TravelsAsDescribed;
+};
 
 template <class T>
 concept TravelsByMemory = std::is_arithmetic_v<T> || std::is_enum_v<T>;
+
+template <class T, class Wire>
+concept TravelsByMembers =
+    std::is_class_v<T> && std::is_aggregate_v<T> && !TravelsByFields<T, Wire> &&
+    !TravelsByDescription<T, Wire>;
 
 /// Appends values to a message.
 class WireWriter {
@@ -97,6 +108,9 @@ class WireWriter {
         DescribedMembers<WireWriter> members(*this);
         describe(members, value);
     }
+    template <class T>
+    requires TravelsByMembers<T, WireWriter>
+    void put(const T& value) { with_members(value, *this); }
     void put(const std::string& text) {
         put(text.size());
         append(text.data(), text.size());
@@ -177,6 +191,9 @@ class WireReader {
         DescribedMembers<WireReader> members(*this);
         describe(members, std::as_const(value));
     }
+    template <class T>
+    requires TravelsByMembers<T, WireReader>
+    void get(T& value) { with_members(value, *this); }
     void get(std::string& text) {
         text.resize(get_size(1));
         extract(text.data(), text.size());

@@ -32,20 +32,11 @@ struct Fit {
     std::map<std::string, double> by_effect;
     std::pair<std::string, bool> reason;
     std::optional<Parameter> best;
+    Parameter first;
+    std::shared_ptr<const Parameter> shared;
     bool has_ended_early = false;
     friend bool operator==(const Fit&, const Fit&) = default;
 };
-
-template <class Wire>
-void fields(Wire& wire, Parameter& parameter) {
-    wire(parameter.name, parameter.value, parameter.standard_error);
-}
-
-template <class Wire>
-void fields(Wire& wire, Fit& fit) {
-    wire(fit.status, fit.parameters, fit.residuals, fit.groups, fit.kept, fit.tip, fit.by_effect,
-         fit.reason, fit.best, fit.has_ended_early);
-}
 
 Fit full_fit() {
     Fit fit;
@@ -59,6 +50,7 @@ Fit full_fit() {
     fit.by_effect = {{"gravity", -4.5}, {"taper", 1e9}};
     fit.reason = {std::string("zero \0 inside", 13), true};
     fit.best = Parameter{"Y", 2e9, 1e6};
+    fit.first = {"beta", 0.05, 0.01};
     fit.has_ended_early = true;
     return fit;
 }
@@ -66,6 +58,64 @@ Fit full_fit() {
 TEST(Wire, PreservesAStruct) {
     EXPECT_EQ(decoded<Fit>(encoded(full_fit())), full_fit());
     EXPECT_EQ(decoded<Fit>(encoded(Fit())), Fit());
+}
+
+TEST(Wire, CopiesWhatASharedPointerPointsTo) {
+    Fit fit;
+    fit.shared = std::make_shared<const Parameter>(Parameter{"Y", 2e9, std::nullopt});
+    EXPECT_EQ(*decoded<Fit>(encoded(fit)).shared, *fit.shared);
+}
+
+struct Rung {
+    double height = 0.0;
+    std::string name;
+    friend bool operator==(const Rung&, const Rung&) = default;
+};
+
+struct RungWithAngle {
+    double height = 0.0;
+    std::string name;
+    std::optional<double> angle; ///< the new member; nothing else names it
+    friend bool operator==(const RungWithAngle&, const RungWithAngle&) = default;
+};
+
+TEST(Wire, TakesANewMemberOfAStructFromItsDeclaration) {
+    EXPECT_EQ(decoded<Rung>(encoded(Rung{0.1, "S01"})), (Rung{0.1, "S01"}));
+    const RungWithAngle rung{0.1, "S01", 0.5};
+    EXPECT_EQ(decoded<RungWithAngle>(encoded(rung)), rung);
+    Bytes bytes = encoded(Rung{0.1, "S01"});
+    const Bytes angle = encoded(rung.angle);
+    bytes.insert(bytes.end(), angle.begin(), angle.end());
+    EXPECT_EQ(encoded(rung), bytes);
+}
+
+struct Partial {
+    double value = 0.0;
+    double local = 0.0;
+};
+
+template <class Wire>
+void fields(Wire& wire, Partial& partial) {
+    wire(partial.value);
+}
+
+struct Derived : Rung {
+    int place = 0;
+};
+
+template <class Wire>
+void fields(Wire& wire, Derived& derived) {
+    wire(derived.place, derived.height);
+}
+
+TEST(Wire, SendsOnlyWhatAListNames) {
+    const auto partial = decoded<std::vector<Partial>>(encoded(std::vector<Partial>{{1.0, 2.0}}));
+    EXPECT_EQ(partial.front().value, 1.0);
+    EXPECT_EQ(partial.front().local, 0.0);
+    const auto derived = decoded<Derived>(encoded(Derived{{0.1, "S01"}, 3}));
+    EXPECT_EQ(derived.height, 0.1);
+    EXPECT_EQ(derived.name, "");
+    EXPECT_EQ(derived.place, 3);
 }
 
 TEST(Wire, KeepsEveryBitOfADouble) {
