@@ -4,7 +4,6 @@
 
 #include "calibrate/calibration.hpp"
 #include "calibrate/study_calibration.hpp"
-#include "core/describe.hpp"
 #include "diagnose/answers.hpp"
 #include "present/parameters.hpp"
 #include "present/provenance.hpp"
@@ -15,6 +14,8 @@
 #include <span>
 #include <string>
 #include <vector>
+
+#include <nlohmann/json_fwd.hpp>
 
 namespace culm::present {
 
@@ -69,22 +70,12 @@ struct CalibratedStem {
 
 /// A stem's contribution to the population, which is sent between ranks.
 struct StemNumbers {
-    using TravelsAsDescribed = void;
     double bond_youngs_modulus = 0.0; ///< Pa
     double bond_damping = 0.0;
     double decay_per_cycle = 0.0;
     double frequency = 0.0; ///< Hz
     bool is_adequate = false;
 };
-
-template <class To>
-void describe(To& to, const StemNumbers& stem) {
-    to("bond_youngs_modulus_pa", stem.bond_youngs_modulus);
-    to("bond_damping", stem.bond_damping);
-    to("b1_per_cycle", stem.decay_per_cycle);
-    to("b2_hz", stem.frequency);
-    to("adequate", stem.is_adequate);
-}
 
 [[nodiscard]] StemNumbers numbers_of(const calibrate::Calibration& calibration);
 

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "core/describe.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "present/calibration.hpp"
 #include "present/laboratory.hpp"
