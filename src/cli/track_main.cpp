@@ -31,11 +31,6 @@ struct VideoOutcome {
     bool is_tracked = false;
 };
 
-template <class Wire>
-void fields(Wire& wire, VideoOutcome& outcome) {
-    wire(outcome.text, outcome.is_tracked);
-}
-
 /// Settings of all videos, each with a separate folder; checked before any work begins.
 struct TrackPlan {
     std::vector<measure::TrackSettings> settings;

@@ -39,11 +39,6 @@ struct ItemOutcome {
     std::optional<FailureKind> kind = {};
 };
 
-template <class Wire, class T>
-void fields(Wire& wire, ItemOutcome<T>& outcome) {
-    wire(outcome.value, outcome.failure, outcome.kind);
-}
-
 /// Thrown by a map, on every rank, if a stop was requested before all items were computed.
 struct MapStopped {};
 

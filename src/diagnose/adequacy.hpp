@@ -48,10 +48,6 @@ struct SetVerdict {
     double p_value = 1.0;
     std::string reason;
 };
-template <class Wire>
-void fields(Wire& wire, SetVerdict& verdict) {
-    wire(verdict.finding, verdict.p_value, verdict.reason);
-}
 [[nodiscard]] SetVerdict verdict_on(const fit::Fit& fit,
                                     std::span<const fit::ObservedRecording> recordings,
                                     const Policy& policy = {});

@@ -31,11 +31,6 @@ struct RootOutcome {
     std::string error;
 };
 
-template <class Wire>
-void fields(Wire& wire, RootOutcome& outcome) {
-    wire(outcome.kind, outcome.answer, outcome.error);
-}
-
 RootOutcome outcome_of(const std::function<Bytes()>& action) {
     try {
         return {RootOutcome::Kind::Answer, action(), {}};

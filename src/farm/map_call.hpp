@@ -135,12 +135,6 @@ struct RangeOutcome {
     std::string failure; ///< text of a core::StorageError
 };
 
-template <class Wire>
-void fields(Wire& wire, RangeOutcome& outcome) {
-    wire(outcome.range, outcome.executed, outcome.seconds, outcome.completed, outcome.failed,
-         outcome.work_seconds, outcome.lost, outcome.answers, outcome.failure);
-}
-
 /// Calls the work function for each batch until the end, a stop, a core::StorageError or a batch
 /// that may not begin. All other exceptions are recorded, except FarmError (communication failed).
 [[nodiscard]] RangeOutcome run_range(const MapCall& call, Range range, Heartbeat& heartbeat,

@@ -45,9 +45,4 @@ struct Pace {
     friend bool operator==(const Pace&, const Pace&) = default;
 };
 
-template <class Wire>
-void fields(Wire& wire, Pace& pace) {
-    wire(pace.cost, pace.seconds, pace.squares);
-}
-
 } // namespace culm::farm

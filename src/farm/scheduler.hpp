@@ -17,11 +17,6 @@ struct Range {
     friend bool operator==(const Range&, const Range&) = default;
 };
 
-template <class Wire>
-void fields(Wire& wire, Range& range) {
-    wire(range.first, range.count);
-}
-
 /// Dynamic scheduling of batches that are already sorted longest first.
 ///
 /// * A rank has at most two ranges: the one it computes and one queued behind it (prefetch).

@@ -57,16 +57,7 @@ struct Summary {
     friend bool operator==(const Summary&, const Summary&) = default;
 };
 
-template <class Wire>
-void fields(Wire& wire, LostBatch& lost) {
-    wire(lost.batch, lost.rank, lost.reason);
-}
-
-template <class Wire>
-void fields(Wire& wire, BatchAnswer& answer) {
-    wire(answer.batch, answer.bytes);
-}
-
+/// The answers stay on rank 0, because they may be large.
 template <class Wire>
 void fields(Wire& wire, Summary& summary) {
     wire(summary.points_total, summary.points_completed, summary.points_failed, summary.points_lost,

@@ -17,7 +17,8 @@ namespace culm::fit {
 /// noise is n log(rms²).
 [[nodiscard]] double deviance(const Fit& fit);
 
-/// The numbers travel between ranks. The effects do not, because every rank has them.
+/// The numbers travel between ranks. The effects do not, because every rank has them. The parts,
+/// the system and the covariance do not, because they are large and rerun() finds them again.
 template <class Wire>
 void fields(Wire& wire, Fit& numbers) {
     wire(numbers.status, numbers.reason, numbers.parameters, numbers.pulls,

@@ -30,11 +30,6 @@ struct ParameterId {
     auto operator<=>(const ParameterId&) const = default;
 };
 
-template <class Wire>
-void fields(Wire& wire, ParameterId& id) {
-    wire(id.effect, id.name, id.recording);
-}
-
 /// "bond_damping", "tip_mass.mass_kg", "tip_mass.mass_kg@S07".
 [[nodiscard]] inline std::string to_string(const ParameterId& id) {
     return (id.effect.empty() ? "" : id.effect + ".") + id.name +

@@ -19,11 +19,6 @@ struct Found {
     friend bool operator==(const Found&, const Found&) = default;
 };
 
-template <class Wire>
-void fields(Wire& wire, Found& found) {
-    wire(found.item, found.values, found.remark);
-}
-
 Found found_of(std::size_t item) {
     Found found{item, {}, {}};
     for (std::size_t k = 0; k <= item; ++k)

@@ -11,9 +11,9 @@
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/calibration.hpp"
+#include "present/deflection_table.hpp"
 #include "present/files.hpp"
 #include "present/laboratory.hpp"
-#include "present/deflection_table.hpp"
 #include "present/text.hpp"
 #include "study/config/study_effects.hpp"
 #include "study/execute/study_folder.hpp"
@@ -109,11 +109,6 @@ struct StemAnswer {
     std::string by_study;                        ///< of --via
     std::optional<present::StemNumbers> numbers; ///< nothing: it could not be calibrated
 };
-
-template <class Wire>
-void fields(Wire& wire, StemAnswer& answer) {
-    wire(answer.document, answer.text, answer.line, answer.by_study, answer.numbers);
-}
 
 /// A stem that could not be calibrated: its failure and its texts in the answer.
 void refuse(std::string reason, const present::TextStyle& style, present::CalibratedStem& stem,

@@ -31,12 +31,6 @@ struct EffectColumn {
     }
 };
 
-template <class Wire>
-void fields(Wire& wire, EffectColumn& column) {
-    wire(column.readings, column.parameter, column.is_one_sided, column.is_certain, column.secant,
-         column.absent, column.deviation);
-}
-
 /// An effect at one point of the grid of its locations, angles and time constants.
 struct EffectNode {
     /// Values of the effect's free parameters at this point; sizes where the columns begin.
@@ -53,11 +47,6 @@ struct EffectNode {
     }
 };
 
-template <class Wire>
-void fields(Wire& wire, EffectNode& node) {
-    wire(node.values, node.modulus_ratio, node.damping_ratio, node.columns);
-}
-
 struct EffectColumns {
     std::string failure; ///< why there are no columns; empty if there are some
     std::vector<EffectNode> nodes;
@@ -66,11 +55,6 @@ struct EffectColumns {
     /// Of all nodes together.
     [[nodiscard]] Eigen::Index column_count() const;
 };
-
-template <class Wire>
-void fields(Wire& wire, EffectColumns& columns) {
-    wire(columns.failure, columns.nodes, columns.batches);
-}
 
 /// A candidate effect, linearised about a fitted model.
 struct CandidateView {

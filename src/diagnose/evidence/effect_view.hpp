@@ -41,11 +41,6 @@ struct EffectView {
     [[nodiscard]] Eigen::Map<const Eigen::MatrixXd> coefficient_matrix() const;
 };
 
-template <class Wire>
-void fields(Wire& wire, EffectView& view) {
-    wire(view.columns, view.shared, view.shared_at, view.gram, view.overlap, view.coefficients);
-}
-
 /// `candidates`: with readings, about the fit with this system.
 [[nodiscard]] EffectView view_of(std::vector<CandidateView> candidates,
                                  const SharedColumns& system);

@@ -28,11 +28,6 @@ struct ParameterPrior {
     [[nodiscard]] double precision() const;
 };
 
-template <class Wire>
-void fields(Wire& wire, ParameterPrior& prior) {
-    wire(prior.is_place, prior.is_one_sided, prior.absent, prior.deviation, prior.range);
-}
-
 /// The prior of an effect's parameter in `model`, whose stem determines the usual size.
 [[nodiscard]] ParameterPrior prior_of(const fit::FreeParameter& parameter,
                                       const fit::StemModel& model);
@@ -51,13 +46,6 @@ struct ModelEvidence {
     std::size_t effects = 0;                 ///< that may or may not act
     std::vector<std::string> absent_effects; ///< those of them that ended where they are absent
 };
-
-template <class Wire>
-void fields(Wire& wire, ModelEvidence& evidence) {
-    wire(evidence.misfits, evidence.squared_pulls, evidence.numbers, evidence.log_prior,
-         evidence.information, evidence.prior_precision, evidence.model_terms, evidence.effects,
-         evidence.absent_effects);
-}
 
 /// Variance of the noise over what the fits assume, for each recording.
 struct NoiseScale {

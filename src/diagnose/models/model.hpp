@@ -55,10 +55,6 @@ struct StemFit {
     SetVerdict verdict; ///< on its lack of fit
     SharedBlock block;
 };
-template <class Wire>
-void fields(Wire& wire, StemFit& stem) {
-    wire(stem.fit, stem.evidence, stem.verdict, stem.block);
-}
 
 struct Model {
     std::vector<ActingEffect> effects; ///< the known ones first

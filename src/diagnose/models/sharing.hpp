@@ -68,10 +68,6 @@ struct SharedBlock {
         return {follow.data(), size() == 0 ? 0 : std::ssize(follow) / size(), size()};
     }
 };
-template <class Wire>
-void fields(Wire& wire, SharedBlock& block) {
-    wire(block.names, block.at, block.gradient, block.information, block.follow);
-}
 
 [[nodiscard]] SharedBlock block_of(const SharedColumns& stem);
 

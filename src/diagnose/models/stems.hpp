@@ -59,10 +59,6 @@ struct ObservedStem {
     fit::Fit chain;                                 ///< numbers
     std::vector<std::vector<double>> noise;         ///< as JointOptions::noise
 };
-template <class Wire>
-void fields(Wire& wire, ObservedStem& stem) {
-    wire(stem.failure, stem.recordings, stem.chain, stem.noise);
-}
 
 class Stems {
   public:

@@ -24,23 +24,12 @@ struct NoiseModel {
     std::vector<double> relative;
 };
 
-template <class Wire>
-void fields(Wire& wire, NoiseModel& noise) {
-    wire(noise.by_row, noise.source, noise.correlation, noise.common_share, noise.time_uncertainty,
-         noise.relative);
-}
-
 /// Errors of the readings that are part of the prediction.
 struct ReadingErrors {
     std::vector<double> times;    ///< s, of the readings
     std::vector<double> known;    ///< (times, heights), m: their known part; empty: none
     std::vector<ErrorTerm> terms; ///< that are fitted
 };
-
-template <class Wire>
-void fields(Wire& wire, ReadingErrors& errors) {
-    wire(errors.times, errors.known, errors.terms);
-}
 
 /// A fit weighs the readings by the noise and adds the errors to its prediction.
 struct ObservedRecording : measure::Measurement {

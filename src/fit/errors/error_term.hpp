@@ -40,9 +40,4 @@ struct ErrorTerm {
     }
 };
 
-template <class Wire>
-void fields(Wire& wire, ErrorTerm& term) {
-    wire(term.kind, term.id, term.readings, term.log_modulus, term.log_damping);
-}
-
 } // namespace culm::fit

@@ -52,13 +52,6 @@ struct FittedParameter {
     double value_with_errors = 0.0; ///< in the linear solution, in which the inputs may move
 };
 
-template <class Wire>
-void fields(Wire& wire, FittedParameter& parameter) {
-    wire(parameter.id, parameter.unit, parameter.value, parameter.standard_error,
-         parameter.is_at_bound, parameter.lower, parameter.upper, parameter.fitted_as,
-         parameter.is_place, parameter.absent, parameter.is_error, parameter.value_with_errors);
-}
-
 /// Half of the parameter's 95 % interval.
 [[nodiscard]] double interval_half_width(const FittedParameter& parameter);
 /// Does that interval contain the value at which the effect is absent?
@@ -72,11 +65,6 @@ struct Pull {
     double standard_error = 1.0; ///< of that; 1 if the readings say nothing about it
     std::vector<double> changes; ///< (parameters) of the fit by one standard uncertainty
 };
-
-template <class Wire>
-void fields(Wire& wire, Pull& pull) {
-    wire(pull.kind, pull.id, pull.value, pull.standard_error, pull.changes);
-}
 
 /// The fit of one recording, in SI units and for the readings without transformation.
 struct RecordingFit {
@@ -109,6 +97,7 @@ struct KnownPoint {
     std::vector<ErrorTerm> inputs; ///< terms of stated inputs
 };
 
+/// The number of batches of the runs does not travel, because the fit has counted them.
 template <class Wire>
 void fields(Wire& wire, KnownPoint& point) {
     ChainPrediction& prediction = point.prediction;
@@ -132,11 +121,6 @@ struct RecordingMisfit {
     double rmse = 0.0;        ///< of what remains, m
     bool is_noise_known = false;
 };
-
-template <class Wire>
-void fields(Wire& wire, RecordingMisfit& misfit) {
-    wire(misfit.readings, misfit.chi_squared, misfit.rmse, misfit.is_noise_known);
-}
 
 /// A model fitted to one or several recordings at once. They share the material and everything that
 /// acts on the stem; a parameter that belongs to one recording (belongs_to_recording) has a value

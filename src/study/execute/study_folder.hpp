@@ -58,12 +58,6 @@ struct FolderContent {
     std::vector<std::int64_t> given_up_points;
 };
 
-template <class Wire>
-void fields(Wire& wire, FolderContent& content) {
-    wire(content.pending_points, content.suspect_points, content.given_up_points,
-         content.archive_is_complete);
-}
-
 /// Prepares the folder for a study with this identity and number of points, and verifies every
 /// checksum of its contents. Throws core::InputError when it contains another study (with the
 /// differing settings), this one without ResumeOptions::resume, or an archive that is damaged, and
