@@ -74,20 +74,18 @@ std::string command_line() {
     return text;
 }
 
-/// How this program was built.
-struct BuildFacts {
-    std::string version;
-    std::string compiler;
-    std::string build;
-    std::string libraries;
-};
-
-BuildFacts build_facts() {
-    return {version_text(), fmt::format("g++ {}", __VERSION__),
-            fmt::format("{}, -march={}, {} SIMD lanes", build_type, architecture, core::lane_count),
-            fmt::format("Eigen {}.{}.{}, Ceres {}, SUNDIALS {}, HDF5 {}, {}", EIGEN_WORLD_VERSION,
-                        EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION, CERES_VERSION_STRING,
-                        integrate::sundials_version(), hdf5_version, mpi_version)};
+/// How this program was built; the other members are empty.
+present::Provenance built_program() {
+    present::Provenance built;
+    built.version = version_text();
+    built.compiler = fmt::format("g++ {}", __VERSION__);
+    built.build =
+        fmt::format("{}, -march={}, {} SIMD lanes", build_type, architecture, core::lane_count);
+    built.libraries =
+        fmt::format("Eigen {}.{}.{}, Ceres {}, SUNDIALS {}, HDF5 {}, {}", EIGEN_WORLD_VERSION,
+                    EIGEN_MAJOR_VERSION, EIGEN_MINOR_VERSION, CERES_VERSION_STRING,
+                    integrate::sundials_version(), hdf5_version, mpi_version);
+    return built;
 }
 
 /// Rounded to a millisecond.
@@ -102,7 +100,7 @@ std::string version_text() {
 }
 
 std::vector<std::pair<std::string, std::string>> build_provenance() {
-    const BuildFacts build = build_facts();
+    const present::Provenance build = built_program();
     return {{"version", build.version},
             {"compiler", build.compiler},
             {"build", build.build},
@@ -182,18 +180,21 @@ RunProvenance::RunProvenance(const std::vector<fs::path>& inputs,
 
 present::Provenance RunProvenance::document() const {
     const std::chrono::duration<double> wall = std::chrono::steady_clock::now() - start_;
-    double processor = processor_seconds();
-    int ranks = 1;
+    present::Provenance document = built_program();
+    document.date = date_;
+    document.command = command_line();
+    document.wall_seconds = rounded(wall.count());
+    document.processor_seconds = processor_seconds();
+    document.inputs = inputs_;
     if (communicator_ != nullptr) {
-        ranks = communicator_->size();
-        const std::vector<std::string> told = communicator_->gather(fmt::format("{}", processor));
-        processor = 0.0;
-        for (const std::string& seconds : told)
-            processor += seconds.empty() ? 0.0 : std::stod(seconds);
+        document.ranks = communicator_->size();
+        document.processor_seconds = 0.0;
+        for (const std::string& seconds :
+             communicator_->gather(fmt::format("{}", processor_seconds())))
+            document.processor_seconds += seconds.empty() ? 0.0 : std::stod(seconds);
     }
-    const BuildFacts build = build_facts();
-    return {build.version,  build.compiler,        build.build,        build.libraries, date_,
-            command_line(), rounded(wall.count()), rounded(processor), ranks,           inputs_};
+    document.processor_seconds = rounded(document.processor_seconds);
+    return document;
 }
 
 } // namespace culm::cli

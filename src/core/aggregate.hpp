@@ -8,7 +8,7 @@
 // members, so that trials count them, and structured bindings name that many.
 //
 // Traps. A base class counts as a member that no binding names, so a struct with a base class is
-// refused. So is one with more than 20 members, or with a reference, an array as in C or a bit
+// refused. So is one with more than 12 members, or with a reference, an array as in C or a bit
 // field: the bindings do not match then, and nothing is left out silently.
 #pragma once
 
@@ -24,9 +24,9 @@ namespace culm::core {
 /// Never called; it is defined because the compiler also compiles that constructor.
 struct AnyMember {
     template <class Member>
-    operator Member() const {
+    operator Member() const { // NOLINT(google-explicit-constructor)
         std::terminate();
-    } // NOLINT(google-explicit-constructor)
+    }
 };
 
 /// Stands for an initial value of a base class of T, and of nothing else.
@@ -58,7 +58,7 @@ void with_members(T& value, Act&& act) {
     using Struct = std::remove_const_t<T>;
     static_assert(!has_base<Struct>, "a struct with a base class needs a list of its members");
     constexpr std::size_t count = member_count<Struct>();
-    static_assert(count <= 20, "a struct of more than 20 members needs a list of them");
+    static_assert(count <= 12, "a struct of more than 12 members needs a list of them");
     static_assert(count > 0 || std::is_empty_v<Struct>, "the members cannot be counted");
     // clang-format off
     if constexpr (count == 1) { auto& [a] = value; act(a); }
@@ -83,30 +83,6 @@ void with_members(T& value, Act&& act) {
     if constexpr (count == 12) {
         auto& [a, b, c, d, e, f, g, h, i, j, k, l] = value;
         act(a, b, c, d, e, f, g, h, i, j, k, l); }
-    if constexpr (count == 13) {
-        auto& [a, b, c, d, e, f, g, h, i, j, k, l, m] = value;
-        act(a, b, c, d, e, f, g, h, i, j, k, l, m); }
-    if constexpr (count == 14) {
-        auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n] = value;
-        act(a, b, c, d, e, f, g, h, i, j, k, l, m, n); }
-    if constexpr (count == 15) {
-        auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o] = value;
-        act(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o); }
-    if constexpr (count == 16) {
-        auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p] = value;
-        act(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p); }
-    if constexpr (count == 17) {
-        auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q] = value;
-        act(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q); }
-    if constexpr (count == 18) {
-        auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r] = value;
-        act(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r); }
-    if constexpr (count == 19) {
-        auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s] = value;
-        act(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s); }
-    if constexpr (count == 20) {
-        auto& [a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t] = value;
-        act(a, b, c, d, e, f, g, h, i, j, k, l, m, n, o, p, q, r, s, t); }
     // clang-format on
 }
 

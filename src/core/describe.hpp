@@ -14,7 +14,7 @@
 // that contains the result. A function gives a value that is no member; the schema takes only its
 // type, from a result without content. Members under `when` may be absent; `maybe` is an object or
 // null, and so is an empty optional; what has `lower` and `upper` is [lower, upper]. A result
-// may also travel between ranks by its description (core/wire.hpp).
+// travels between ranks as the plain struct that it is (core/wire.hpp).
 #pragma once
 
 #include "core/units.hpp"

@@ -14,9 +14,6 @@
 //     template <class Wire>
 //     void fields(Wire& wire, Fit& fit) { wire(fit.name, fit.values); }
 //
-// The description of a result (core/describe.hpp) is such a list, too, if its struct says
-// `using TravelsAsDescribed = void;`.
-//
 // Numbers and enumerations, std::string, vector, array, optional, pair, map and structs of them
 // travel. Doubles keep every bit. What a shared pointer to a constant points to travels as a copy.
 // Anything else, another pointer above all, does not compile.
@@ -55,36 +52,12 @@ concept TravelsByFields = requires(Wire& wire, T& value) {
     fields(wire, value);
 };
 
-/// The members of a description as they travel; functions are computed again where they are needed.
-template <class Wire>
-class DescribedMembers {
-  public:
-    explicit DescribedMembers(Wire& wire) : wire_(wire) {}
-    template <class T>
-    void operator()(std::string_view /*key*/, const T& member, std::string_view /*meaning*/ = {}) {
-        // A description promises not to change a result; a reader of messages fills it.
-        if constexpr (!std::invocable<const T&>)
-            wire_(const_cast<T&>(member));
-    }
-    void constant(std::string_view /*key*/, const auto& /*value*/) {}
-    void object(std::string_view /*key*/, const auto& members, std::string_view = {}) { members(); }
-
-  private:
-    Wire& wire_;
-};
-
-template <class T, class Wire>
-concept TravelsByDescription = !TravelsByFields<T, Wire> && requires {
-    typename T::TravelsAsDescribed;
-};
-
 template <class T>
 concept TravelsByMemory = std::is_arithmetic_v<T> || std::is_enum_v<T>;
 
 template <class T, class Wire>
 concept TravelsByMembers =
-    std::is_class_v<T> && std::is_aggregate_v<T> && !TravelsByFields<T, Wire> &&
-    !TravelsByDescription<T, Wire>;
+    std::is_class_v<T> && std::is_aggregate_v<T> && !TravelsByFields<T, Wire>;
 
 /// Appends values to a message.
 class WireWriter {
@@ -101,12 +74,6 @@ class WireWriter {
     requires TravelsByFields<T, WireWriter>
     void put(const T& value) {
         fields(*this, const_cast<T&>(value)); // one function for both ways; writing only reads
-    }
-    template <class T>
-    requires TravelsByDescription<T, WireWriter>
-    void put(const T& value) {
-        DescribedMembers<WireWriter> members(*this);
-        describe(members, value);
     }
     template <class T>
     requires TravelsByMembers<T, WireWriter>
@@ -185,12 +152,6 @@ class WireReader {
     template <class T>
     requires TravelsByFields<T, WireReader>
     void get(T& value) { fields(*this, value); }
-    template <class T>
-    requires TravelsByDescription<T, WireReader>
-    void get(T& value) {
-        DescribedMembers<WireReader> members(*this);
-        describe(members, std::as_const(value));
-    }
     template <class T>
     requires TravelsByMembers<T, WireReader>
     void get(T& value) { with_members(value, *this); }

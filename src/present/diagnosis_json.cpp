@@ -47,12 +47,8 @@ void describe_where_of(To& to, const diagnose::Diagnosis& found, std::size_t k) 
     static const diagnose::Comparison no_comparison{};
     static const fit::RecordingFit no_part{};
     const bool exists = k < found.comparisons.size();
-    const diagnose::Comparison& comparison = exists ? found.comparisons[k] : no_comparison;
-    describe_where(to, comparison, exists ? found.final_fit.parts[k] : no_part);
-    describe_against_amplitude(to, "frequency_vs_amplitude", comparison.windows,
-                               &residuals::WindowFit::frequency);
-    describe_against_amplitude(to, "decay_vs_amplitude", comparison.windows,
-                               &residuals::WindowFit::decay_per_cycle);
+    describe_where(to, exists ? found.comparisons[k] : no_comparison,
+                   exists ? found.final_fit.parts[k] : no_part);
 }
 
 template <class To>

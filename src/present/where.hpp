@@ -5,7 +5,6 @@
 #include "core/describe.hpp"
 #include "diagnose/ladder.hpp"
 #include "fit/solve/fit_result.hpp"
-#include "residuals/swing.hpp"
 
 #include <cmath>
 #include <optional>
@@ -64,30 +63,9 @@ void describe_residual_map(To& to, const fit::RecordingFit& fit) {
     to.as_it_is("residual_mm", [&] {
         std::vector<std::vector<double>> rows;
         for (std::size_t i = 0; i < fit.times.size(); ++i)
-            rows.push_back(rounded_millimetres(std::span(fit.residuals)
-                                                   .subspan(i * fit.prediction.rows,
-                                                            fit.prediction.rows)));
+            rows.push_back(rounded_millimetres(
+                std::span(fit.residuals).subspan(i * fit.prediction.rows, fit.prediction.rows)));
         return rows;
-    });
-}
-
-/// One quantity of the windows as a function of the amplitude, measured and modelled.
-template <class To>
-void describe_against_amplitude(To& to, const char* key,
-                                const std::vector<residuals::SwingWindow>& windows,
-                                reduce::Estimate residuals::WindowFit::*quantity) {
-    const auto seen = [&] {
-        std::vector<residuals::SwingWindow> found;
-        std::ranges::copy_if(windows, std::back_inserter(found),
-                             [](const auto& window) { return window.measured.has_value(); });
-        return found;
-    };
-    to.list(key, seen, [&](const residuals::SwingWindow& window) {
-        to("amplitude_mm", [&] { return window.measured->amplitude; });
-        to("measured", [&] { return *window.measured.*quantity; });
-        to("modelled", [&] {
-            return window.modelled ? std::optional(*window.modelled.*quantity) : std::nullopt;
-        });
     });
 }
 
@@ -102,9 +80,8 @@ void describe_where(To& to, const diagnose::Comparison& comparison, const fit::R
     to("structure", comparison.structure);
     to.object("pattern_over_heights", [&] {
         to("share", comparison.verdict.spatial_share);
-        to.as_it_is("rms_mm", [&] {
-            return rounded_millimetres(comparison.verdict.spatial_pattern);
-        });
+        to.as_it_is("rms_mm",
+                    [&] { return rounded_millimetres(comparison.verdict.spatial_pattern); });
     });
     to.object("residual_map", [&] { describe_residual_map(to, fit); });
 }

@@ -92,7 +92,6 @@ TEST(OneLineForAKey, AddsItToTheIdentityWhereItIsNotTheDefault) {
 }
 
 struct Tip {
-    using TravelsAsDescribed = void;
     double deflection = 0.0; ///< m
     bool is_seen = false;
     friend bool operator==(const Tip&, const Tip&) = default;
@@ -105,7 +104,6 @@ void describe(To& to, const Tip& tip) {
 }
 
 struct Stem {
-    using TravelsAsDescribed = void;
     std::string id;
     std::vector<Tip> tips;
     friend bool operator==(const Stem&, const Stem&) = default;
