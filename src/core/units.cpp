@@ -3,7 +3,10 @@
 
 #include "core/decimal_text.hpp"
 
+#include <algorithm>
 #include <array>
+
+#include <fmt/format.h>
 
 namespace culm::core {
 
@@ -23,7 +26,7 @@ constexpr std::array known_units{
     Unit{"µs", "us", Dimension::Time, -6},
     Unit{"ns", "ns", Dimension::Time, -9},
     Unit{"kg", "kg", Dimension::Mass},
-    Unit{"g", "g", Dimension::Mass, -3},
+    gram,
     Unit{"mg", "mg", Dimension::Mass, -6},
     Unit{"Pa", "pa", Dimension::Pressure},
     Unit{"kPa", "kpa", Dimension::Pressure, 3},
@@ -54,6 +57,16 @@ KeyParts split_key(std::string_view key) {
             parts = {key.substr(0, key.size() - unit.suffix.size() - 1), unit};
     }
     return parts;
+}
+
+std::string si_key(std::string_view key) {
+    const KeyParts parts = split_key(key);
+    if (!parts.unit || parts.unit->power_of_ten == 0 || parts.unit->dimension == Dimension::Time)
+        return {};
+    const auto si = std::ranges::find_if(known_units, [&](const Unit& unit) {
+        return unit.dimension == parts.unit->dimension && unit.power_of_ten == 0;
+    });
+    return fmt::format("{}_{}", parts.quantity, si->suffix);
 }
 
 } // namespace culm::core

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 
 namespace culm::core {
@@ -35,6 +36,7 @@ struct Unit {
 
 inline constexpr Unit dimensionless{"", "", Dimension::None};
 inline constexpr Unit millimetre{"mm", "mm", Dimension::Length, -3};
+inline constexpr Unit gram{"g", "g", Dimension::Mass, -3};
 inline constexpr Unit second{"s", "s", Dimension::Time};
 inline constexpr Unit gigapascal{"GPa", "gpa", Dimension::Pressure, 9};
 inline constexpr Unit kilogram_per_cubic_metre{"kg/m³", "kg_m3", Dimension::Density};
@@ -49,5 +51,9 @@ struct KeyParts {
 /// Splits at the longest unit that the key ends with; units which no valid key uses (Pa, cm, ms …)
 /// are known too, so that a mistaken unit can be explained.
 [[nodiscard]] KeyParts split_key(std::string_view key);
+
+/// The other spelling of a key: "length_m" of "length_mm". Empty if it has none, as the keys of
+/// times and of SI units.
+[[nodiscard]] std::string si_key(std::string_view key);
 
 } // namespace culm::core

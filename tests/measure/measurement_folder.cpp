@@ -237,6 +237,12 @@ TEST(MeasurementFolder, TakesStatedUncertaintiesInEachForm) {
                      4e-4);
     EXPECT_NEAR(length_of("length_limits_mm = [156.5, 157.5]\n"), 5e-4 / std::sqrt(3.0), 1e-15);
     EXPECT_EQ(length_of(""), -1.0);
+    const Measurement in_kg =
+        read_texts(plain_stem + "[[added_mass]]\nheight_mm = 9\nmass_kg = 1e-3\n"
+                                "mass_limits_kg = [0.9e-3, 1.1e-3]\n",
+                   plain_table);
+    EXPECT_NEAR(in_kg.stem.added_masses.at(0).mass_uncertainty.value_or(0.0), 1e-4 / std::sqrt(3.0),
+                1e-15);
     const Measurement all = read_texts(
         plain_stem + "diameter_uncertainty_mm = 0.02\ndensity_uncertainty_kg_m3 = 1.3\n"
                      "specimen = \"S07\"\nrig = \"A\"\n[[added_mass]]\nheight_mm = 156\n"

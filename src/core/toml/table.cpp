@@ -261,57 +261,43 @@ std::vector<std::string> TomlTable::texts(const std::string& key) const {
         .value_or(std::vector<std::string>());
 }
 
-std::string TomlTable::key_of(const std::string& name, const KeyUnit& unit) const {
-    const std::string si = fmt::format("{}_{}", name, unit.si);
-    return !unit.si.empty() && has(si) ? si : fmt::format("{}_{}", name, unit.small);
+std::string TomlTable::spelling_of(const std::string& key) const {
+    const std::string si = si_key(key);
+    return !si.empty() && has(si) ? si : key;
 }
 
-std::optional<double> TomlTable::quantity(const std::string& name, const KeyUnit& unit,
-                                          const Interval& range) const {
-    const std::string small = fmt::format("{}_{}", name, unit.small);
-    if (unit.si.empty())
-        return number(small, range);
-    const std::string si = fmt::format("{}_{}", name, unit.si);
-    const bool is_small = has(small) || !has(si);
+std::optional<double> TomlTable::quantity(const std::string& key, const Interval& range) const {
+    const std::string si = si_key(key);
     // Both spellings become valid keys, whichever is used.
-    static_cast<void>(ask(small));
-    static_cast<void>(ask(si, true));
+    static_cast<void>(ask(key));
+    if (!si.empty())
+        static_cast<void>(ask(si, true));
     // Refused even if both are equal, because a later edit may change only one of them.
-    if (has(si) && has(small)) {
-        fault(si, fmt::format("is given in addition to {}: one of them is enough", small));
+    if (!si.empty() && has(si) && has(key)) {
+        fault(si, fmt::format("is given in addition to {}: one of them is enough", key));
         return std::nullopt;
     }
     // The point is moved in the decimal text, so that the limits print as they are written.
-    const int power = is_small ? unit.power_of_ten : 0;
+    const std::string spelling = spelling_of(key);
+    const Unit unit = split_key(spelling).unit.value_or(dimensionless);
     const auto value =
-        number(is_small ? small : si, {with_point_moved(range.low, -power),
-                                       with_point_moved(range.high, -power), range.low_open});
-    return value ? std::optional(with_point_moved(*value, power)) : std::nullopt;
+        number(spelling, {unit.from_si(range.low), unit.from_si(range.high), range.low_open});
+    return value ? std::optional(unit.to_si(*value)) : std::nullopt;
 }
 
-double TomlTable::required_quantity(const std::string& name, const KeyUnit& unit,
-                                    const Interval& range, std::string_view meaning) const {
-    const auto value = quantity(name, unit, range);
-    missing(key_of(name, unit), meaning);
+double TomlTable::required_quantity(const std::string& key, const Interval& range,
+                                    std::string_view meaning) const {
+    const auto value = quantity(key, range);
+    missing(spelling_of(key), meaning);
     return value.value_or(0.0);
 }
 
-double TomlTable::last_digit_of(const std::string& name, const KeyUnit& unit) const {
-    const std::string key = key_of(name, unit);
-    if (!has(key) || !table_->get(key)->is_number())
+double TomlTable::last_digit_of(const std::string& key) const {
+    const std::string spelling = spelling_of(key);
+    if (!has(spelling) || !table_->get(spelling)->is_number())
         return 0.0;
-    const bool is_small = unit.si.empty() || key != fmt::format("{}_{}", name, unit.si);
-    return with_point_moved(last_digit(written_text(*table_->get(key), places_->text)),
-                            is_small ? unit.power_of_ten : 0);
-}
-
-std::optional<double> TomlTable::length(const std::string& name, const Interval& range) const {
-    return quantity(name, length_unit, range);
-}
-
-double TomlTable::required_length(const std::string& name, const Interval& range,
-                                  std::string_view meaning) const {
-    return required_quantity(name, length_unit, range, meaning);
+    const double digit = last_digit(written_text(*table_->get(spelling), places_->text));
+    return split_key(spelling).unit.value_or(dimensionless).to_si(digit);
 }
 
 TomlTable TomlTable::table(const std::string& key) const {

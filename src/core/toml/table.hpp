@@ -21,19 +21,6 @@
 
 namespace culm::core {
 
-/// The endings of a quantity's two keys: 1 small unit = 10^power_of_ten SI units. An empty `si`:
-/// there is one key only.
-struct KeyUnit {
-    std::string_view small;
-    std::string_view si;
-    int power_of_ten = 0;
-};
-inline constexpr KeyUnit length_unit{"mm", "m", -3};
-inline constexpr KeyUnit mass_unit{"g", "kg", -3};
-inline constexpr KeyUnit density_unit{"kg_m3", "", 0};
-inline constexpr KeyUnit area_unit{"mm2", "m2", -6};
-inline constexpr KeyUnit second_moment_unit{"mm4", "m4", -12};
-
 /// A getter returns an empty value if the key is absent or wrong, and records a wrong one as a
 /// fault. Each key that is read becomes a valid key of this table, also if the table is absent, so
 /// that the message for a misplaced key can name its table. Copies refer to the same table.
@@ -67,22 +54,21 @@ class TomlTable {
     [[nodiscard]] std::vector<double> numbers(const std::string& key, const Interval& range,
                                               std::string_view allowed = {}) const;
     [[nodiscard]] std::vector<std::string> texts(const std::string& key) const;
-    /// A number in SI units from the key in the small unit or from the key in the SI unit; both are
-    /// given as the key's ending, for example {"mm", "m", -3}. The range is in SI units.
-    [[nodiscard]] std::optional<double> quantity(const std::string& name, const KeyUnit& unit,
+
+    // A quantity is named by its key in the small unit, for example "length_mm".
+
+    /// A number in SI units from the key or from its other spelling, si_key(). The range is in SI
+    /// units.
+    [[nodiscard]] std::optional<double> quantity(const std::string& key,
                                                  const Interval& range) const;
     /// The same, and a fault if both keys are absent.
-    [[nodiscard]] double required_quantity(const std::string& name, const KeyUnit& unit,
-                                           const Interval& range, std::string_view meaning) const;
+    [[nodiscard]] double required_quantity(const std::string& key, const Interval& range,
+                                           std::string_view meaning) const;
     /// The unit of the last written digit of a quantity, in SI units: 1e-6 for mass_g = 0.050. 0 if
     /// the quantity is absent.
-    [[nodiscard]] double last_digit_of(const std::string& name, const KeyUnit& unit) const;
-    [[nodiscard]] std::optional<double> length(const std::string& name,
-                                               const Interval& range) const;
-    [[nodiscard]] double required_length(const std::string& name, const Interval& range,
-                                         std::string_view meaning) const;
-    /// The key of a quantity that the table has; that of the small unit if it has none.
-    [[nodiscard]] std::string key_of(const std::string& name, const KeyUnit& unit) const;
+    [[nodiscard]] double last_digit_of(const std::string& key) const;
+    /// The spelling that the table has; the key itself if it has none.
+    [[nodiscard]] std::string spelling_of(const std::string& key) const;
     [[nodiscard]] TomlTable table(const std::string& key) const;
     [[nodiscard]] std::vector<TomlTable> tables(const std::string& key) const;
 

@@ -37,22 +37,22 @@ void read_stem(const core::TomlTable& table, bool has_other_section, Measurement
     stem.id = table.text("id").value_or("");
     table.missing("id", "a name for this stem, in quotes");
     stem.length =
-        table.required_length("length", stem_length, "free length from the clamp to the tip");
+        table.required_quantity("length_mm", stem_length, "free length from the clamp to the tip");
     stem.poissons_ratio = table.number("poissons_ratio", {-1.0, 0.5, true});
     if (const auto spheres = table.whole_number("spheres", {3, 4096}))
         stem.spheres = static_cast<int>(*spheres);
     read_round_section(table, has_other_section, stem);
     measurement.uncertainties.length =
-        read_uncertainty(table, "length", core::length_unit, stem.length, stem_length.high);
+        read_uncertainty(table, core::split_key("length_mm"), stem.length, stem_length.high);
     measurement.uncertainties.diameter =
-        read_uncertainty(table, "diameter", core::length_unit,
+        read_uncertainty(table, core::split_key("diameter_mm"),
                          std::get<CircularSection>(stem.section).diameter, stem_width.high);
     if (has_other_section && measurement.uncertainties.diameter)
         table.fault("diameter_uncertainty_mm", "a stem with a [section] has no diameter");
     const auto* const circle = std::get_if<CircularSection>(&stem.section);
     const double wall = circle != nullptr ? circle->wall.value_or(0.0) : 0.0;
     measurement.uncertainties.wall =
-        read_uncertainty(table, "wall", core::length_unit, wall, stem_width.high);
+        read_uncertainty(table, core::split_key("wall_mm"), wall, stem_width.high);
     if (wall == 0.0 && measurement.uncertainties.wall)
         table.fault("wall_uncertainty_mm", "the file states no wall");
     measurement.specimen = table.text("specimen").value_or("");
@@ -61,12 +61,12 @@ void read_stem(const core::TomlTable& table, bool has_other_section, Measurement
 
 AddedMass read_added_mass(const core::TomlTable& table, const MeasuredStem& stem) {
     AddedMass added;
-    added.height =
-        table.required_length("height", {0.0, stem_length.high}, "of its centre above the clamp");
-    added.mass = table.required_quantity("mass", core::mass_unit, masses, "of the added body");
-    added.mass_last_digit = table.last_digit_of("mass", core::mass_unit);
+    added.height = table.required_quantity("height_mm", {0.0, stem_length.high},
+                                           "of its centre above the clamp");
+    added.mass = table.required_quantity("mass_g", masses, "of the added body");
+    added.mass_last_digit = table.last_digit_of("mass_g");
     added.mass_uncertainty =
-        read_uncertainty(table, "mass", core::mass_unit, added.mass, masses.high);
+        read_uncertainty(table, core::split_key("mass_g"), added.mass, masses.high);
     check_is_on_stem(table, added.height, stem);
     return added;
 }
@@ -93,10 +93,10 @@ Sensor read_sensor(const core::TomlTable& table, Measurement& measurement) {
     if (quantity && !size && table.is_text("unit"))
         table.fault("unit",
                     fmt::format("must be a unit of {}: {}", to_string(sensor.quantity), units));
-    sensor.height =
-        table.required_length("height", {0.0, stem_length.high}, "of the sensor above the clamp");
+    sensor.height = table.required_quantity("height_mm", {0.0, stem_length.high},
+                                            "of the sensor above the clamp");
     const core::Interval distances{-stem_width.high, stem_width.high};
-    sensor.distance_from_axis = table.length("distance_from_axis", distances).value_or(0.0);
+    sensor.distance_from_axis = table.quantity("distance_from_axis_mm", distances).value_or(0.0);
     if (quantity == Quantity::Strain && sensor.distance_from_axis == 0.0)
         table.missing("distance_from_axis_mm",
                       "of the fibre whose strain is measured, toward positive deflection");
@@ -141,24 +141,24 @@ void read_camera(const core::TomlTable& table, Measurement& measurement) {
     // 0 for a rate from a crystal.
     stated.frames_per_second = table.number("fps_uncertainty", {0.0, 1.0});
     stated.scale = table.number("scale_uncertainty", relative);
-    stated.clamp = table.length("clamp_uncertainty", {0.0, stem_length.high, true});
+    stated.clamp = table.quantity("clamp_uncertainty_mm", {0.0, stem_length.high, true});
     if (const auto exposure = table.number("exposure_ms", StemLimits::frame_time_ms))
         measurement.exposure = core::with_point_moved(*exposure, -3);
     if (const auto row_time = table.number("row_time_us", {-1e3, 1e3}))
         measurement.row_time = core::with_point_moved(*row_time, -6);
-    measurement.row_height = table.length("row_height", {0.0, stem_length.high, true});
+    measurement.row_height = table.quantity("row_height_mm", {0.0, stem_length.high, true});
 }
 
 void read_measurement_table(const core::TomlTable& table, Measurement& measurement) {
     const core::Interval noise{0.0, 1.0, true};
-    measurement.noise = table.length("noise", noise);
-    const std::string noise_key = table.key_of("noise_by_height", core::length_unit);
+    measurement.noise = table.quantity("noise_mm", noise);
+    const std::string noise_key = table.spelling_of("noise_by_height_mm");
     const int power = noise_key.ends_with("_mm") ? -3 : 0;
     for (const double value : table.numbers(noise_key, {0.0, 1e3, true}))
         measurement.noise_by_height.push_back(core::with_point_moved(value, power));
     measurement.noise_source = table.text("noise_source").value_or("");
     measurement.noise_correlation = table.number("noise_correlation", {0.0, 0.99});
-    measurement.uncertainties.row = table.length("row_uncertainty", noise);
+    measurement.uncertainties.row = table.quantity("row_uncertainty_mm", noise);
     measurement.gravity_direction =
         read_choice(table, "gravity_direction", GravityDirection::Transverse)
             .value_or(measurement.gravity_direction);
@@ -169,24 +169,23 @@ void read_measurement_table(const core::TomlTable& table, Measurement& measureme
 
 /// Does a number of the file give this value bit for bit? The TOML parser rounds it to a double
 /// before its point is moved. A computed value may need SI units.
-bool survives(double value, const core::KeyUnit& unit) {
+bool survives(double value, const core::Unit& unit) {
     const double parsed =
         core::parse_decimal(core::decimal_text(value, -unit.power_of_ten)).value_or(0.0);
-    return core::with_point_moved(parsed, unit.power_of_ten) == value;
+    return unit.to_si(parsed) == value;
 }
 
-std::string line(const std::string& name, double value,
-                 const core::KeyUnit& unit = core::length_unit) {
+std::string line(const std::string& key, double value) {
+    const core::Unit unit = core::split_key(key).unit.value_or(core::dimensionless);
     if (survives(value, unit))
-        return fmt::format("{}_{} = {}\n", name, unit.small,
-                           core::decimal_text(value, -unit.power_of_ten));
-    return fmt::format("{}_{} = {}\n", name, unit.si, core::decimal_text(value));
+        return fmt::format("{} = {}\n", key, core::decimal_text(value, -unit.power_of_ten));
+    return fmt::format("{} = {}\n", core::si_key(key), core::decimal_text(value));
 }
 
 /// Keeps the trailing zeros of a mass, which state its precision.
 std::string mass_line(const AddedMass& added) {
-    std::string text = line("mass", added.mass, core::mass_unit);
-    if (added.mass_last_digit <= 0.0 || !survives(added.mass, core::mass_unit))
+    std::string text = line("mass_g", added.mass);
+    if (added.mass_last_digit <= 0.0 || !survives(added.mass, core::gram))
         return text;
     const double digit = core::with_point_moved(added.mass_last_digit, 3); // g
     const auto places = static_cast<std::size_t>(std::max(0.0, std::round(-std::log10(digit))));
@@ -200,7 +199,7 @@ std::string mass_line(const AddedMass& added) {
 
 std::string noise_line(const std::vector<double>& noise) {
     const bool in_millimetres =
-        std::ranges::all_of(noise, [](double value) { return survives(value, core::length_unit); });
+        std::ranges::all_of(noise, [](double value) { return survives(value, core::millimetre); });
     std::vector<std::string> list;
     list.reserve(noise.size());
     for (const double value : noise)
@@ -209,9 +208,8 @@ std::string noise_line(const std::vector<double>& noise) {
                        fmt::join(list, ", "));
 }
 
-std::string uncertainty_line(const std::string& name, const std::optional<double>& value,
-                             const core::KeyUnit& unit = core::length_unit) {
-    return value ? line(name + "_uncertainty", *value, unit) : "";
+std::string uncertainty_line(const std::string& key, const std::optional<double>& value) {
+    return value ? line(uncertainty_key(core::split_key(key)), *value) : "";
 }
 
 std::string number_line(const std::string& key, const std::optional<double>& value, int power = 0) {
@@ -220,14 +218,15 @@ std::string number_line(const std::string& key, const std::optional<double>& val
 
 std::string section_text(const Section& section, const StatedUncertainties& stated) {
     if (const auto* rectangle = std::get_if<RectangularSection>(&section))
-        return "\n[section]\nshape = \"rectangle\"\n" + line("width", rectangle->width) +
-               uncertainty_line("width", stated.section_width) + line("height", rectangle->height) +
-               uncertainty_line("height", stated.section_height);
+        return "\n[section]\nshape = \"rectangle\"\n" + line("width_mm", rectangle->width) +
+               uncertainty_line("width_mm", stated.section_width) +
+               line("height_mm", rectangle->height) +
+               uncertainty_line("height_mm", stated.section_height);
     if (const auto* general = std::get_if<GeneralSection>(&section))
-        return "\n[section]\nshape = \"general\"\n" + line("area", general->area, core::area_unit) +
-               uncertainty_line("area", stated.section_area, core::area_unit) +
-               line("second_moment", general->second_moment, core::second_moment_unit) +
-               uncertainty_line("second_moment", stated.second_moment, core::second_moment_unit);
+        return "\n[section]\nshape = \"general\"\n" + line("area_mm2", general->area) +
+               uncertainty_line("area_mm2", stated.section_area) +
+               line("second_moment_mm4", general->second_moment) +
+               uncertainty_line("second_moment_mm4", stated.second_moment);
     return "";
 }
 
@@ -249,7 +248,7 @@ std::string text_line(const std::string& key, const std::string& text) {
 }
 
 std::string mass_text(const AddedMass& mass) {
-    return mass_line(mass) + uncertainty_line("mass", mass.mass_uncertainty, core::mass_unit);
+    return mass_line(mass) + uncertainty_line("mass_g", mass.mass_uncertainty);
 }
 
 /// With the SI unit, so that readings keep every bit.
@@ -257,9 +256,9 @@ std::string sensor_text(const Sensor& sensor, const MeasuredStem& stem) {
     std::string text =
         fmt::format("\n[[sensor]]\ncolumn = {}\nquantity = \"{}\"\nunit = \"{}\"\n",
                     quoted(sensor.column), to_string(sensor.quantity), si_unit(sensor.quantity)) +
-        line("height", sensor.height);
+        line("height_mm", sensor.height);
     if (sensor.distance_from_axis != 0.0)
-        text += line("distance_from_axis", sensor.distance_from_axis);
+        text += line("distance_from_axis_mm", sensor.distance_from_axis);
     for (const AddedMass& mass : stem.added_masses)
         if (mass.sensor == sensor.column)
             text += mass_text(mass);
@@ -275,12 +274,13 @@ std::string sensor_text(const Sensor& sensor, const MeasuredStem& stem) {
 std::string stem_text(const Measurement& measurement) {
     const MeasuredStem& stem = measurement.stem;
     const StatedUncertainties& stated = measurement.uncertainties;
-    std::string text = "[stem]\nid = " + quoted(stem.id) + "\n" + line("length", stem.length) +
-                       uncertainty_line("length", stated.length);
+    std::string text = "[stem]\nid = " + quoted(stem.id) + "\n" + line("length_mm", stem.length) +
+                       uncertainty_line("length_mm", stated.length);
     if (const auto* circle = std::get_if<CircularSection>(&stem.section)) {
-        text += line("diameter", circle->diameter) + uncertainty_line("diameter", stated.diameter);
+        text += line("diameter_mm", circle->diameter) +
+                uncertainty_line("diameter_mm", stated.diameter);
         if (circle->wall)
-            text += line("wall", *circle->wall) + uncertainty_line("wall", stated.wall);
+            text += line("wall_mm", *circle->wall) + uncertainty_line("wall_mm", stated.wall);
     }
     if (stem.is_density_of_spheres) {
         text += number_line("density_kg_m3", stem.density) +
@@ -298,7 +298,7 @@ std::string stem_text(const Measurement& measurement) {
             section_text(stem.section, stated);
     for (const AddedMass& mass : stem.added_masses)
         if (mass.sensor.empty())
-            text += "\n[[added_mass]]\n" + line("height", mass.height) + mass_text(mass);
+            text += "\n[[added_mass]]\n" + line("height_mm", mass.height) + mass_text(mass);
     for (const Sensor& sensor : measurement.sensors)
         if (!sensor.is_camera())
             text += sensor_text(sensor, stem);
@@ -310,7 +310,7 @@ std::string camera_text(const Measurement& measurement) {
     const std::string text = number_line("fps", measurement.frames_per_second) +
                              number_line("fps_uncertainty", stated.frames_per_second) +
                              number_line("scale_uncertainty", stated.scale) +
-                             uncertainty_line("clamp", stated.clamp) +
+                             uncertainty_line("clamp_mm", stated.clamp) +
                              number_line("exposure_ms", measurement.exposure, 3) +
                              number_line("row_time_us", measurement.row_time, 6) +
                              number_line("row_height_mm", measurement.row_height, 3);
@@ -334,7 +334,7 @@ void read_release(const core::TomlTable& table, Measurement& measurement) {
 
 void check_is_on_stem(const core::TomlTable& table, double height, const MeasuredStem& stem) {
     if (stem.length > 0.0 && height > stem.length)
-        table.fault(table.key_of("height", core::length_unit),
+        table.fault(table.spelling_of("height_mm"),
                     fmt::format("lies above the stem, which is {} mm long",
                                 core::decimal_text(stem.length, 3)));
 }
@@ -374,12 +374,12 @@ std::string stem_file_text(const Measurement& measurement) {
     text += camera_text(measurement);
     text += "\n[measurement]\n";
     if (measurement.noise)
-        text += line("noise", *measurement.noise);
+        text += line("noise_mm", *measurement.noise);
     if (!measurement.noise_by_height.empty())
         text += noise_line(measurement.noise_by_height);
     text += text_line("noise_source", measurement.noise_source) +
             number_line("noise_correlation", measurement.noise_correlation) +
-            uncertainty_line("row", measurement.uncertainties.row);
+            uncertainty_line("row_mm", measurement.uncertainties.row);
     text += fmt::format("gravity_direction = \"{}\"\nreading = \"{}\"\n",
                         to_string(measurement.gravity_direction), to_string(measurement.reading));
     return text + number_line("hold_time_s", measurement.hold_time);

@@ -17,22 +17,28 @@ namespace {
 constexpr core::Interval section_width = StemLimits::width;
 constexpr core::Interval above_zero{0.0, 1e12, true};
 
+/// "length_limits_mm" of "length_mm".
+std::string key_with(const core::KeyParts& key, std::string_view word) {
+    return fmt::format("{}_{}_{}", key.quantity, word, key.unit->suffix);
+}
+
 } // namespace
 
-std::optional<double> read_uncertainty(const core::TomlTable& table, const std::string& name,
-                                       const core::KeyUnit& unit, double value, double largest) {
-    const std::string limits_name = name + "_limits";
-    const std::string expanded_name = name + "_expanded_uncertainty";
+std::string uncertainty_key(const core::KeyParts& key) {
+    return key_with(key, "uncertainty");
+}
+
+std::optional<double> read_uncertainty(const core::TomlTable& table, const core::KeyParts& parts,
+                                       double value, double largest) {
     const core::Interval range{0.0, largest, true};
-    const auto standard = table.quantity(name + "_uncertainty", unit, range);
-    const auto expanded = table.quantity(expanded_name, unit, range);
+    const auto standard = table.quantity(uncertainty_key(parts), range);
+    const auto expanded = table.quantity(key_with(parts, "expanded_uncertainty"), range);
     const auto factor = table.number("coverage_factor", {1.0, 10.0});
-    const std::string key = table.key_of(name + "_uncertainty", unit);
-    const std::string expanded_key = table.key_of(expanded_name, unit);
-    const std::string limits_key = table.key_of(limits_name, unit);
-    const int power = limits_key.ends_with(unit.small) ? unit.power_of_ten : 0;
-    const std::vector<double> limits =
-        table.numbers(limits_key, {0.0, core::with_point_moved(largest, -power)});
+    const std::string key = table.spelling_of(uncertainty_key(parts));
+    const std::string expanded_key = table.spelling_of(key_with(parts, "expanded_uncertainty"));
+    const std::string limits_key = table.spelling_of(key_with(parts, "limits"));
+    const core::Unit unit = core::split_key(limits_key).unit.value_or(core::dimensionless);
+    const std::vector<double> limits = table.numbers(limits_key, {0.0, unit.from_si(largest)});
     if (int(table.has(key)) + int(table.has(expanded_key)) + int(table.has(limits_key)) > 1) {
         table.fault(table.has(limits_key) ? limits_key : expanded_key,
                     fmt::format("is given in addition to {}: one of them is enough",
@@ -48,11 +54,11 @@ std::optional<double> read_uncertainty(const core::TomlTable& table, const std::
     }
     if (limits.empty())
         return std::nullopt;
-    const double low = core::with_point_moved(limits.front(), power);
-    const double high = core::with_point_moved(limits.back(), power);
+    const double low = unit.to_si(limits.front());
+    const double high = unit.to_si(limits.back());
     if (limits.size() != 2 || !(low < high) || value < low || value > high) {
         table.fault(limits_key, fmt::format("must be [lowest, highest] with {} between them",
-                                            core::decimal_text(value, -power)));
+                                            core::decimal_text(value, -unit.power_of_ten)));
         return std::nullopt;
     }
     // Any value between the limits is equally likely (JCGM 101, 6.4.2): variance a²/3.
@@ -63,8 +69,7 @@ void read_section(const core::TomlTable& table, Measurement& measurement) {
     MeasuredStem& stem = measurement.stem;
     StatedUncertainties& stated = measurement.uncertainties;
     struct Part {
-        std::string name;
-        core::KeyUnit unit;
+        std::string key;
         core::Interval range;
         std::string meaning;
         std::size_t shape;
@@ -72,25 +77,22 @@ void read_section(const core::TomlTable& table, Measurement& measurement) {
     };
     const std::array<std::string, 2> shapes{"rectangle", "general"};
     const std::array<Part, 4> parts{
-        {{"width", core::length_unit, section_width, "across the plane of motion", 0,
-          stated.section_width},
-         {"height", core::length_unit, section_width, "in the direction of the motion", 0,
-          stated.section_height},
-         {"area", core::area_unit, above_zero, "of the section", 1, stated.section_area},
-         {"second_moment", core::second_moment_unit, above_zero,
-          "for bending in the plane of motion", 1, stated.second_moment}}};
+        {{"width_mm", section_width, "across the plane of motion", 0, stated.section_width},
+         {"height_mm", section_width, "in the direction of the motion", 0, stated.section_height},
+         {"area_mm2", above_zero, "of the section", 1, stated.section_area},
+         {"second_moment_mm4", above_zero, "for bending in the plane of motion", 1,
+          stated.second_moment}}};
     const auto shape = table.word("shape", shapes);
     table.missing("shape", "must be \"rectangle\" or \"general\"");
     std::array<double, 4> values{};
     for (std::size_t i = 0; i < parts.size(); ++i) {
         const Part& part = parts[i];
-        values[i] = table.quantity(part.name, part.unit, part.range).value_or(0.0);
-        part.uncertainty =
-            read_uncertainty(table, part.name, part.unit, values[i], part.range.high);
-        const std::string key = table.key_of(part.name, part.unit);
-        const std::string uncertainty_key = table.key_of(part.name + "_uncertainty", part.unit);
+        const core::KeyParts parts_of_key = core::split_key(part.key);
+        values[i] = table.quantity(part.key, part.range).value_or(0.0);
+        part.uncertainty = read_uncertainty(table, parts_of_key, values[i], part.range.high);
+        const std::string key = table.spelling_of(part.key);
         if (shape && shape != part.shape && part.uncertainty)
-            table.fault(uncertainty_key,
+            table.fault(table.spelling_of(uncertainty_key(parts_of_key)),
                         fmt::format("belongs to shape = \"{}\"", shapes[part.shape]));
         if (shape == part.shape)
             table.missing(key, part.meaning);
@@ -104,18 +106,18 @@ void read_section(const core::TomlTable& table, Measurement& measurement) {
 }
 
 void read_round_section(const core::TomlTable& table, bool has_other_section, MeasuredStem& stem) {
-    const auto wall = table.length("wall", {0.0, section_width.high, true});
-    const std::string wall_key = table.key_of("wall", core::length_unit);
+    const auto wall = table.quantity("wall_mm", {0.0, section_width.high, true});
+    const std::string wall_key = table.spelling_of("wall_mm");
     if (has_other_section) {
-        static_cast<void>(table.length("diameter", section_width));
+        static_cast<void>(table.quantity("diameter_mm", section_width));
         // The diameter of a round stem or a section, not both.
-        for (const std::string& key : {table.key_of("diameter", core::length_unit), wall_key})
+        for (const std::string& key : {table.spelling_of("diameter_mm"), wall_key})
             if (table.has(key))
                 table.fault(key, "the file also has a [section]: remove one of them");
         return;
     }
-    const double diameter = table.required_length(
-        "diameter", section_width, "outer diameter (or a [section] for other shapes)");
+    const double diameter = table.required_quantity(
+        "diameter_mm", section_width, "outer diameter (or a [section] for other shapes)");
     if (diameter > 0.0 && wall && *wall >= 0.5 * diameter)
         table.fault(wall_key, fmt::format("must be below half the diameter, {} mm",
                                           core::decimal_text(0.5 * diameter, 3)));
@@ -124,8 +126,7 @@ void read_round_section(const core::TomlTable& table, bool has_other_section, Me
 
 void read_density(const core::TomlTable& table, Measurement& measurement) {
     struct Form {
-        std::string name;
-        core::KeyUnit unit;
+        core::KeyParts parts;
         double density_per_unit = 1.0;
     };
     MeasuredStem& stem = measurement.stem;
@@ -135,18 +136,20 @@ void read_density(const core::TomlTable& table, Measurement& measurement) {
     const double area = section_area(stem.section);
     const bool is_known = unit_mass > 0.0 && stem.length > 0.0;
     const std::array<Form, 4> forms{
-        {{"density", core::density_unit, 1.0},
-         {"linear_density", {"kg_m", "", 0}, is_known ? 1.0 / unit_mass : 1.0},
-         {"material_density", core::density_unit, is_known ? area / unit_mass : 1.0},
-         {"mass", {"mg", "kg", -6}, is_known ? 1.0 / (unit_mass * stem.length) : 1.0}}};
+        {{core::split_key("density_kg_m3"), 1.0},
+         {{"linear_density", core::Unit{"kg/m", "kg_m"}}, is_known ? 1.0 / unit_mass : 1.0},
+         {core::split_key("material_density_kg_m3"), is_known ? area / unit_mass : 1.0},
+         {core::split_key("mass_mg"), is_known ? 1.0 / (unit_mass * stem.length) : 1.0}}};
     std::string first;
     for (const Form& form : forms) {
-        const std::string key = table.key_of(form.name, form.unit);
+        const std::string small_key =
+            fmt::format("{}_{}", form.parts.quantity, form.parts.unit->suffix);
+        const std::string key = table.spelling_of(small_key);
         const core::Interval range{0.0, StemLimits::density.high / form.density_per_unit, true};
-        const auto value = table.quantity(
-            form.name, form.unit, form.density_per_unit == 1.0 ? StemLimits::density : range);
+        const auto value =
+            table.quantity(small_key, form.density_per_unit == 1.0 ? StemLimits::density : range);
         const auto uncertainty =
-            read_uncertainty(table, form.name, form.unit, value.value_or(0.0), range.high);
+            read_uncertainty(table, form.parts, value.value_or(0.0), range.high);
         if (!table.has(key))
             continue;
         if (!first.empty())
@@ -154,7 +157,7 @@ void read_density(const core::TomlTable& table, Measurement& measurement) {
                         fmt::format("is given in addition to {}: one of them is enough", first));
         first = key;
         stem.density = value.value_or(0.0) * form.density_per_unit;
-        stem.is_density_of_spheres = form.name == "density";
+        stem.is_density_of_spheres = form.parts.quantity == "density";
         if (uncertainty)
             measurement.uncertainties.density = *uncertainty * form.density_per_unit;
     }

@@ -104,13 +104,13 @@ void read_output(const core::TomlTable& video, TrackSettings& settings) {
     if (settings.heights.size() > most_heights)
         video.fault("heights_mm", fmt::format("{} heights; at most {} are allowed",
                                               settings.heights.size(), most_heights));
-    settings.height_step = video.length("height_step", {0.0, 100.0, true});
+    settings.height_step = video.quantity("height_step_mm", {0.0, 100.0, true});
     if (settings.height_step && *settings.height_step < settings.metres_per_pixel)
-        video.fault(video.key_of("height_step", core::length_unit),
+        video.fault(video.spelling_of("height_step_mm"),
                     fmt::format("must be at least mm_per_px = {}, the distance of two image rows",
                                 core::decimal_text(settings.metres_per_pixel, 3)));
     if (!settings.heights.empty() && settings.height_step)
-        video.fault(video.key_of("height_step", core::length_unit),
+        video.fault(video.spelling_of("height_step_mm"),
                     "is given in addition to heights_mm: one of them is enough");
     if (const auto rows = whole(video, "rows_per_height", {1.0, 51.0}))
         settings.rows_per_height = *rows;
