@@ -60,6 +60,7 @@ archive::Texts provenance_of(const StudyConfig& config, archive::Texts facts) {
 namespace {
 
 using archive::PointRecord;
+using archive::PointStatus;
 
 /// (points, factors), row-major, in the units of the factors' keys.
 std::vector<double> design_in_config_units(const Design& design) {
@@ -91,28 +92,37 @@ void write_archive(const std::filesystem::path& path, const Study& study,
                               design_in_config_units(study.design), counted_record, totals);
 }
 
-/// The records of one folder; its journals take precedence, as when a study is finished.
-class Source {
+/// The records of one folder, from its journals and from the archive next to them.
+class FolderRecords {
   public:
-    Source(const StudyFolder& folder, const FolderState& state)
-        : index_(archive::scan_journal_folder(folder.journals(), state.identity)) {
-        if (state.archive)
-            file_.emplace(folder.archive());
+    FolderRecords(const StudyFolder& folder, const std::string& identity)
+        : index_(archive::scan_journal_folder(folder.journals(), identity)) {
+        if (is_there(folder.archive()))
+            archive_.emplace(folder.archive());
     }
 
-    [[nodiscard]] std::optional<PointRecord> record(std::int64_t point) {
-        std::optional<PointRecord> found = index_.find_record(point);
-        if (found && found->completed)
-            return found;
-        std::optional<PointRecord> archived = file_ ? file_->record(point) : std::nullopt;
-        // A completed outcome takes precedence over a failed one, wherever it is stored; of two
-        // failed ones the later is used.
-        return archived && (archived->completed || !found) ? archived : found;
+    [[nodiscard]] bool contains(std::int64_t point) const {
+        return index_.contains(point) ||
+               (archive_ && archive_->status(point) != PointStatus::Missing);
+    }
+    /// The journals take precedence: they contain the points that were computed after the archive
+    /// was written, for example a failed point that was tried again.
+    [[nodiscard]] std::optional<PointRecord> find_latest_record(std::int64_t point) {
+        return index_.contains(point) || !archive_ ? index_.find_record(point)
+                                                   : archive_->record(point);
+    }
+    /// A completed outcome takes precedence over a failed one, wherever it is stored; of two failed
+    /// ones the later is used.
+    [[nodiscard]] std::optional<PointRecord> find_best_record(std::int64_t point) {
+        std::optional<PointRecord> latest = find_latest_record(point);
+        const bool archive_is_better = latest && !latest->completed && archive_ &&
+                                       archive_->status(point) == PointStatus::Completed;
+        return archive_is_better ? archive_->record(point) : latest;
     }
 
   private:
     archive::JournalIndex index_;
-    std::optional<archive::StudyFile> file_;
+    std::optional<archive::StudyFile> archive_;
 };
 
 bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
@@ -130,13 +140,13 @@ bool is_same_outcome(const PointRecord& a, const PointRecord& b) {
 }
 
 /// Chooses among the folders' outcomes of a point and counts them.
-std::optional<PointRecord> chosen_record(std::vector<Source>& sources, std::int64_t point,
+std::optional<PointRecord> chosen_record(std::vector<FolderRecords>& sources, std::int64_t point,
                                          MergeOutcome& outcome) {
     std::optional<PointRecord> chosen;
     bool is_repeated = false;
     bool is_differing = false;
-    for (Source& source : sources) {
-        std::optional<PointRecord> other = source.record(point);
+    for (FolderRecords& source : sources) {
+        std::optional<PointRecord> other = source.find_best_record(point);
         if (!other)
             continue;
         if (chosen) {
@@ -196,23 +206,12 @@ Origin origin_of(const std::vector<FolderState>& states, const StudyFolder& firs
 
 bool assemble_archive(const Study& study, const StudyFolder& folder,
                       const archive::Texts& provenance) {
-    const std::string identity = study.config.identity();
-    archive::JournalIndex index(archive::scan_journal_folder(folder.journals(), identity));
-    std::optional<archive::StudyFile> older;
-    if (is_there(folder.archive()))
-        older.emplace(folder.archive());
-    const auto is_known = [&](std::int64_t point) {
-        return index.contains(point) ||
-               (older && older->status(point) != archive::PointStatus::Missing);
-    };
+    FolderRecords records(folder, study.config.identity());
     for (std::int64_t point = 0; point < study.design.point_count(); ++point)
-        if (!is_known(point))
+        if (!records.contains(point))
             return false;
-    write_archive(folder.archive(), study, provenance, [&](std::int64_t point) {
-        // The journal takes precedence: it contains the points that were computed after the
-        // archive was written, for example a failed point that was tried again.
-        return index.contains(point) ? index.find_record(point) : older->record(point);
-    });
+    write_archive(folder.archive(), study, provenance,
+                  [&](std::int64_t point) { return records.find_latest_record(point); });
     std::error_code error;
     // The journals are removed only when the archive is on the disk under its name.
     std::filesystem::remove_all(folder.journals(), error);
@@ -229,7 +228,7 @@ MergeOutcome merge_folders(const std::vector<StudyFolder>& sources, const StudyF
         throw core::InputError(fmt::format("{} is there already; choose another folder with -o",
                                            target.archive().string()));
     std::vector<FolderState> states;
-    std::vector<Source> opened;
+    std::vector<FolderRecords> opened;
     std::string names;
     for (const StudyFolder& source : sources) {
         states.push_back(sound_state(source));
@@ -238,7 +237,7 @@ MergeOutcome merge_folders(const std::vector<StudyFolder>& sources, const StudyF
                 fmt::format("{} and {} hold different studies. What differs:\n{}",
                             sources.front().path().string(), source.path().string(),
                             difference(states.front().identity, states.back().identity)));
-        opened.emplace_back(source, states.back());
+        opened.emplace_back(source, states.back().identity);
         names += (names.empty() ? "" : "\n") + source.path().string();
     }
     const Origin origin = origin_of(states, sources.front());
