@@ -53,7 +53,8 @@ std::vector<Candidate> calibrated(const study::ArchivedStudy& archived,
                                   const SimulateArguments& arguments) {
     const study::StudySummary summary = study::reduce_study(archived, std::nullopt);
     const reduce::StemPrediction prediction = reduce::predict_stem(
-        summary.regression, {*arguments.decay_per_cycle, *arguments.frequency_hz, 0.0, 0.0});
+        summary.regression, {reduce::normal_estimate(*arguments.decay_per_cycle, 0.0),
+                             reduce::normal_estimate(*arguments.frequency_hz, 0.0)});
     if (!prediction.is_inside_design)
         print_warning(fmt::format(
             "the study covers decays per cycle of {:.4g} … {:.4g} and frequencies of {:.4g} … "

@@ -6,6 +6,7 @@
 #include "archive/point_record.hpp"
 #include "archive/study/description.hpp"
 #include "farm/farm.hpp"
+#include "study/execute/folder_state.hpp"
 #include "study/execute/plan.hpp"
 #include "study/execute/study_folder.hpp"
 

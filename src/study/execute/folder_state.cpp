@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -100,11 +101,9 @@ void add_outcome(const archive::JournalEntry& entry, std::vector<PointStatus>& p
         points[k] = entry.status;
 }
 
-void count_points(FolderState& state) {
-    if (!state.points && state.note)
-        state.points.emplace(static_cast<std::size_t>(state.note->points), PointStatus::Missing);
-    if (!state.points)
-        return;
+/// Adds the outcomes and the unfinished starts in state.journals to state.points, which hold the
+/// statuses in the archive.
+void add_journals_to_points(FolderState& state) {
     std::vector<PointStatus>& points = *state.points;
     std::vector<bool> is_journalled(points.size(), false);
     for (const JournalState& journal : state.journals)
@@ -112,13 +111,82 @@ void count_points(FolderState& state) {
             add_outcome(entry, points, is_journalled, state);
     for (JournalState& journal : state.journals) {
         journal.is_waiting = journal.is_locked;
-        for (const auto& [point, times] : journal.scan.unfinished_starts)
-            if (point >= 0 && point < static_cast<std::int64_t>(points.size()) &&
-                points[static_cast<std::size_t>(point)] == PointStatus::Missing) {
+        for (const auto& [point, times] : journal.scan.unfinished_starts) {
+            if (point < 0 || point >= static_cast<std::int64_t>(points.size()))
+                continue;
+            state.deaths[point] += times;
+            if (points[static_cast<std::size_t>(point)] == PointStatus::Missing) {
                 state.unfinished_starts[point] += times;
                 journal.is_waiting = false;
             }
+        }
     }
+}
+
+void refuse_other_study(const fs::path& where, const std::string& stored,
+                        const std::string& identity) {
+    if (stored == identity)
+        return;
+    std::string differing = difference(stored, identity);
+    if (differing.ends_with('\n'))
+        differing.pop_back();
+    throw core::InputError(fmt::format(
+        "{} already holds another study; choose another folder with -o. What differs:\n{}",
+        where.string(), differing));
+}
+
+void refuse_without_resume(const fs::path& where, bool resume) {
+    if (!resume)
+        throw core::InputError(
+            fmt::format("{} already holds this study, whole or in part; add --resume to compute "
+                        "only what is missing, or choose another folder with -o",
+                        where.string()));
+}
+
+constexpr std::string_view advice =
+    "Move this file away to compute the study again, or choose another folder with -o.";
+
+archive::StudyFile readable_archive(const StudyFolder& folder) {
+    try {
+        return archive::StudyFile(folder.archive());
+    } catch (const core::StorageError& error) {
+        throw core::InputError(fmt::format("{}\n{}", error.what(), advice));
+    }
+}
+
+/// Points are trusted only if every checksum of the archive is right.
+void refuse_damaged_archive(const StudyFolder& folder) {
+    const archive::Verification verification = archive::verify(folder.archive());
+    if (verification.is_whole())
+        return;
+    const archive::DamagedDataset& first = verification.damaged.front();
+    throw core::InputError(fmt::format(
+        "{}: {} of {} datasets are damaged, the first is {} ({}); `culm archive verify {}` lists "
+        "them\n{}",
+        folder.archive().string(), verification.damaged.size(), verification.datasets, first.name,
+        first.reason, folder.path().string(), advice));
+}
+
+void refuse_other_journals(const StudyFolder& folder, const std::string& identity) {
+    for (const fs::path& file : archive::journal_files(folder.journals()))
+        if (const auto stored = archive::read_journal_identity(file))
+            refuse_other_study(folder.path(), *stored, identity);
+}
+
+/// Adds a point without a usable outcome to the pending points, or to those that are given up.
+void place_point(std::int64_t point, const FolderState& state, int crash_limit,
+                 FolderContent& content) {
+    const auto deaths = state.deaths.find(point);
+    const bool is_suspect = deaths != state.deaths.end();
+    // A failed point is passed here only if it is to be tried again, whatever the limit.
+    const bool has_failed = (*state.points)[static_cast<std::size_t>(point)] == PointStatus::Failed;
+    if (is_suspect && crash_limit > 0 && deaths->second >= crash_limit && !has_failed) {
+        content.given_up_points.push_back(point);
+        return;
+    }
+    content.pending_points.push_back(point);
+    if (is_suspect)
+        content.suspect_points.push_back(point);
 }
 
 } // namespace
@@ -152,8 +220,44 @@ FolderState read_folder_state(const StudyFolder& folder, FolderDepth depth) {
             "{}: there is no study here ({} is missing); a study that was just started creates its "
             "folder when its design is ready",
             folder.path().string(), folder.archive().filename().string()));
-    count_points(state);
+    if (!state.points && state.note)
+        state.points.emplace(static_cast<std::size_t>(state.note->points), PointStatus::Missing);
+    if (state.points)
+        add_journals_to_points(state);
     return state;
+}
+
+FolderContent prepare_folder(const StudyFolder& folder, const std::string& identity,
+                             std::int64_t point_count, const ResumeOptions& options) {
+    FolderContent content;
+    FolderState state;
+    std::vector<PointStatus>& points = state.points.emplace();
+    if (is_there(folder.archive())) {
+        const archive::StudyFile file = readable_archive(folder);
+        refuse_other_study(folder.path(), file.description().identity, identity);
+        refuse_without_resume(folder.path(), options.resume);
+        refuse_damaged_archive(folder);
+        points = file.statuses();
+        content.archive_is_complete = true;
+    }
+    points.resize(static_cast<std::size_t>(point_count), PointStatus::Missing);
+    refuse_other_journals(folder, identity);
+    for (archive::JournalScan& scan : archive::scan_journal_folder(folder.journals(), identity)) {
+        refuse_without_resume(folder.path(), options.resume);
+        state.journals.push_back({std::move(scan)});
+    }
+    make_writable(folder);
+    add_journals_to_points(state);
+    for (std::int64_t point = 0; point < point_count; ++point) {
+        const PointStatus status = points[static_cast<std::size_t>(point)];
+        if (status == PointStatus::Missing ||
+            (status == PointStatus::Failed && options.retry_failed))
+            place_point(point, state, options.crash_limit, content);
+    }
+    // The archive is not complete before the journals have been merged into it.
+    content.archive_is_complete =
+        content.archive_is_complete && state.journals.empty() && content.pending_points.empty();
+    return content;
 }
 
 } // namespace culm::study

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Contents of a study's folder, complete or not, running or not: for info, status and verify.
+// Contents of a study's folder, complete or not, running or not: for info, status, verify and
+// a run that continues it.
 #pragma once
 
 #include "archive/journal/read.hpp"
@@ -42,7 +43,8 @@ struct FolderState {
     std::vector<std::string> problems;                       ///< files that cannot be read, and why
     std::optional<std::vector<archive::PointStatus>> points; ///< nothing: their number is unknown
     std::int64_t repeated_outcomes = 0; ///< outcomes in the journals that others supersede
-    std::map<std::int64_t, int> unfinished_starts; ///< of points without an outcome
+    std::map<std::int64_t, int> deaths; ///< unfinished starts of points of the design
+    std::map<std::int64_t, int> unfinished_starts; ///< those of points without an outcome
     std::uint64_t archive_bytes = 0;
     std::uint64_t journal_bytes = 0;
 
@@ -63,5 +65,30 @@ enum class FolderDepth {
 /// Reads a study's folder and changes nothing in it. Damage is listed, not thrown.
 /// InputError if there is no study, or if its files belong to different studies.
 [[nodiscard]] FolderState read_folder_state(const StudyFolder& folder, FolderDepth depth);
+
+/// Treatment of a folder that already contains the study.
+struct ResumeOptions {
+    bool resume = false;       ///< continue it; otherwise it is refused
+    bool retry_failed = false; ///< failed points are computed again
+    /// Number of deaths of processes after which a point is not tried again; 0: no limit.
+    int crash_limit = 5;
+};
+
+/// Points of a study that a folder already contains.
+struct FolderContent {
+    bool archive_is_complete = false; ///< study.h5 has every point; no journals, none pending
+    std::vector<std::int64_t> pending_points; ///< of the design, to be computed; ascending
+    /// Pending points during whose computation a process died before; ascending.
+    std::vector<std::int64_t> suspect_points;
+    /// Points without an outcome that reached the crash limit; ascending, none of them pending.
+    std::vector<std::int64_t> given_up_points;
+};
+
+/// Prepares the folder for a study with this identity and number of points, and verifies every
+/// checksum of its contents. Throws core::InputError when it contains another study (with the
+/// differing settings), this one without ResumeOptions::resume, or an archive that is damaged, and
+/// when it may not be written; core::StorageError when the disk has no room for it.
+[[nodiscard]] FolderContent prepare_folder(const StudyFolder& folder, const std::string& identity,
+                                           std::int64_t point_count, const ResumeOptions& options);
 
 } // namespace culm::study

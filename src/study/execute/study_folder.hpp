@@ -4,10 +4,8 @@
 
 #include "archive/file_descriptor.hpp"
 
-#include <cstdint>
 #include <filesystem>
 #include <string>
-#include <vector>
 
 namespace culm::study {
 
@@ -39,31 +37,6 @@ class StudyFolder {
 /// Creates the folder if need be. Throws core::InputError when it may not be written,
 /// core::StorageError when the disk has no room for it.
 void make_writable(const StudyFolder& folder);
-
-/// Treatment of a folder that already contains the study.
-struct ResumeOptions {
-    bool resume = false;       ///< continue it; otherwise it is refused
-    bool retry_failed = false; ///< failed points are computed again
-    /// Number of deaths of processes after which a point is not tried again; 0: no limit.
-    int crash_limit = 5;
-};
-
-/// Points of a study that a folder already contains.
-struct FolderContent {
-    bool archive_is_complete = false; ///< study.h5 has every point; no journals, none pending
-    std::vector<std::int64_t> pending_points; ///< of the design, to be computed; ascending
-    /// Pending points during whose computation a process died before; ascending.
-    std::vector<std::int64_t> suspect_points;
-    /// Points without an outcome that reached the crash limit; ascending, none of them pending.
-    std::vector<std::int64_t> given_up_points;
-};
-
-/// Prepares the folder for a study with this identity and number of points, and verifies every
-/// checksum of its contents. Throws core::InputError when it contains another study (with the
-/// differing settings), this one without ResumeOptions::resume, or an archive that is damaged, and
-/// when it may not be written; core::StorageError when the disk has no room for it.
-[[nodiscard]] FolderContent prepare_folder(const StudyFolder& folder, const std::string& identity,
-                                           std::int64_t point_count, const ResumeOptions& options);
 
 /// Locks the folder from before it is read until the archive is written: no other job may change it
 /// between the reading and the first journal of this job. The lock is the system's (flock), so it
