@@ -105,18 +105,13 @@ class FolderRecords {
         return index_.contains(point) ||
                (archive_ && archive_->status(point) != PointStatus::Missing);
     }
-    /// The journals take precedence: they contain the points that were computed after the archive
-    /// was written, for example a failed point that was tried again.
-    [[nodiscard]] std::optional<PointRecord> find_latest_record(std::int64_t point) {
-        return index_.contains(point) || !archive_ ? index_.find_record(point)
-                                                   : archive_->record(point);
-    }
     /// A completed outcome takes precedence over a failed one, wherever it is stored; of two failed
-    /// ones the later is used.
-    [[nodiscard]] std::optional<PointRecord> find_best_record(std::int64_t point) {
-        std::optional<PointRecord> latest = find_latest_record(point);
-        const bool archive_is_better = latest && !latest->completed && archive_ &&
-                                       archive_->status(point) == PointStatus::Completed;
+    /// ones that of the journals, which are younger than the archive.
+    [[nodiscard]] std::optional<PointRecord> find_record(std::int64_t point) {
+        std::optional<PointRecord> latest = index_.find_record(point);
+        const bool archive_is_better =
+            archive_ &&
+            (!latest || (!latest->completed && archive_->status(point) == PointStatus::Completed));
         return archive_is_better ? archive_->record(point) : latest;
     }
 
@@ -146,7 +141,7 @@ std::optional<PointRecord> chosen_record(std::vector<FolderRecords>& sources, st
     bool is_repeated = false;
     bool is_differing = false;
     for (FolderRecords& source : sources) {
-        std::optional<PointRecord> other = source.find_best_record(point);
+        std::optional<PointRecord> other = source.find_record(point);
         if (!other)
             continue;
         if (chosen) {
@@ -211,7 +206,7 @@ bool assemble_archive(const Study& study, const StudyFolder& folder,
         if (!records.contains(point))
             return false;
     write_archive(folder.archive(), study, provenance,
-                  [&](std::int64_t point) { return records.find_latest_record(point); });
+                  [&](std::int64_t point) { return records.find_record(point); });
     std::error_code error;
     // The journals are removed only when the archive is on the disk under its name.
     std::filesystem::remove_all(folder.journals(), error);
