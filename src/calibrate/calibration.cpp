@@ -165,8 +165,7 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
 CentralRange central_range(std::span<const double> values, int resamples) {
     CentralRange result;
     result.sample = reduce::summarise(values);
-    result.range = result.sample.central_90_percent;
-    result.lower_interval = result.upper_interval = result.range;
+    result.lower_interval = result.upper_interval = result.sample.central_90_percent;
     if (values.size() < 2)
         return result;
     constexpr std::uint64_t seed = 2019; // arbitrary

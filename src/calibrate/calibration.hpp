@@ -82,10 +82,16 @@ struct Calibration {
 /// populations.
 struct CentralRange {
     reduce::SampleSummary sample;
-    reduce::Bounds range;          ///< the 5 % and 95 % quantiles
-    reduce::Bounds lower_interval; ///< of the lower end, 95 %
+    reduce::Bounds lower_interval; ///< of the lower end of its central_90_percent, 95 %
     reduce::Bounds upper_interval;
 };
+
+template <class To>
+void describe(To& to, const CentralRange& found) {
+    describe(to, found.sample);
+    to("central_90_percent_lower_interval", found.lower_interval, "by bootstrap");
+    to("central_90_percent_upper_interval", found.upper_interval, "by bootstrap");
+}
 
 /// Quantiles with percentile bootstrap intervals (Efron 1979): `resamples` populations of the same
 /// size drawn with replacement by a generator of fixed seed, so that the result is reproducible.

@@ -13,8 +13,9 @@
 // Numbers are in SI and are written in the unit with which the key ends, or in that of the member
 // that contains the result. A function gives a value that is no member; the schema takes only its
 // type, from a result without content. Members under `when` may be absent; `maybe` is an object or
-// null, and so is an empty optional; what has `lower` and `upper` is [lower, upper]. A result
-// travels between ranks as the plain struct that it is (core/wire.hpp).
+// null, and so is an empty optional. Both take an optional and pass its value to the function; what
+// has `lower` and `upper` is [lower, upper]. A result travels between ranks as the plain struct
+// that it is (core/wire.hpp).
 #pragma once
 
 #include "core/units.hpp"
@@ -176,10 +177,20 @@ class JsonWriter {
         for (const std::string& text : texts)
             all.push_back(nlohmann::json::parse(text));
     }
+    template <class T, class Members>
+    void maybe(std::string_view key, const std::optional<T>& value, const Members& members,
+               std::string_view /*meaning*/ = {}) {
+        maybe(key, value.has_value(), [&] { members(*value); });
+    }
     template <std::invocable Members>
     void when(bool exists, const Members& members) {
         if (exists)
             members();
+    }
+    template <class T, class Members>
+    void when(const std::optional<T>& value, const Members& members) {
+        if (value)
+            members(*value);
     }
     [[nodiscard]] nlohmann::json take() { return std::move(out_); }
 
@@ -280,11 +291,23 @@ class SchemaWriter {
     void encoded(std::string_view key, const std::vector<std::string>& /*texts*/) {
         add(key, schema_value<std::vector<T>>(), {});
     }
+    template <class T, class Members>
+    void maybe(std::string_view key, const std::optional<T>& /*value*/, const Members& members,
+               std::string_view meaning = {}) {
+        static const T without_content{};
+        maybe(
+            key, false, [&] { members(without_content); }, meaning);
+    }
     template <std::invocable Members>
     void when(bool /*exists*/, const Members& members) {
         ++here_.conditions;
         members();
         --here_.conditions;
+    }
+    template <class T, class Members>
+    void when(const std::optional<T>& /*value*/, const Members& members) {
+        static const T without_content{};
+        when(false, [&] { members(without_content); });
     }
     [[nodiscard]] nlohmann::json take() { return here_.schema(); }
 

@@ -102,7 +102,8 @@ std::string range_line(const char* name, const calibrate::CentralRange& found, d
                        const char* unit) {
     return fmt::format("    {:<14} {:.4g} … {:.4g} {} (ends, 95 % by bootstrap: {:.4g} … {:.4g} "
                        "and {:.4g} … {:.4g}); mean {:.4g}, sd {:.3g}\n",
-                       name, scale * found.range.lower, scale * found.range.upper, unit,
+                       name, scale * found.sample.central_90_percent.lower,
+                       scale * found.sample.central_90_percent.upper, unit,
                        scale * found.lower_interval.lower, scale * found.lower_interval.upper,
                        scale * found.upper_interval.lower, scale * found.upper_interval.upper,
                        scale * found.sample.mean, scale * found.sample.standard_deviation);

@@ -127,12 +127,10 @@ void describe_quality(To& to, const calibrate::Calibration& calibration,
 /// The errors, and the resolution of the reading; an error below the resolution is not significant.
 template <class To>
 void describe_check(To& to, const calibrate::Calibration& calibration) {
-    const calibrate::CalibrationCheck check =
-        calibration.check.value_or(calibrate::CalibrationCheck());
-    const calibrate::PairedMean& decay = check.decay_per_cycle;
-    const calibrate::PairedMean& frequency = check.frequency;
     to.when(!calibration.check, [&] { to("failure", calibration.check_failure); });
-    to.when(calibration.check.has_value(), [&] {
+    to.when(calibration.check, [&](const calibrate::CalibrationCheck& check) {
+        const calibrate::PairedMean& decay = check.decay_per_cycle;
+        const calibrate::PairedMean& frequency = check.frequency;
         to("measured_b1_per_cycle", decay.measured);
         to("simulated_b1_per_cycle", decay.simulated);
         to("b1_error_percent", [&] { return 100.0 * decay.relative_error(); });
@@ -147,7 +145,6 @@ void describe_check(To& to, const calibrate::Calibration& calibration) {
 /// Y and β by a study's regressions, or why there are none.
 template <class To>
 void describe_study(To& to, const CalibratedStem& stem) {
-    const calibrate::StudyCalibration found = stem.by_study.value_or(calibrate::StudyCalibration());
     const auto laws = [&](const char* key, const reduce::ParameterPrediction& prediction) {
         to.object(key, [&] {
             to("single_law", prediction.by_single_law);
@@ -155,7 +152,7 @@ void describe_study(To& to, const CalibratedStem& stem) {
         });
     };
     to.when(!stem.by_study, [&] { to("failure", stem.study_failure); });
-    to.when(stem.by_study.has_value(), [&] {
+    to.when(stem.by_study, [&](const calibrate::StudyCalibration& found) {
         to("study", stem.study);
         to("height_mm", found.height);
         to("window_s", found.window);
@@ -201,20 +198,6 @@ void describe_calibration(To& to, const calibrate::Calibration& of, const std::s
             [&] { to.object("check", [&] { describe_check(to, of); }); });
 }
 
-template <class To>
-void describe_range(To& to, const char* key, const calibrate::CentralRange& found) {
-    to.object(key, [&] {
-        to("mean", found.sample.mean);
-        to("standard_deviation", found.sample.standard_deviation);
-        to("median", found.sample.median);
-        to("lowest", found.sample.lowest);
-        to("highest", found.sample.highest);
-        to("central_90_percent", found.range, "the 5 % and 95 % quantiles");
-        to("central_90_percent_lower_interval", found.lower_interval, "by bootstrap");
-        to("central_90_percent_upper_interval", found.upper_interval, "by bootstrap");
-    });
-}
-
 } // namespace
 
 template <class To>
@@ -232,7 +215,6 @@ void describe(To& to, const CalibratedStem& stem) {
 
 template <class To>
 void describe(To& to, const CalibrationDocument& document) {
-    const Population population = document.population.value_or(Population());
     to.constant("format", "culm-calibration");
     to.constant("version", 1);
     to.object("options", [&] {
@@ -241,14 +223,14 @@ void describe(To& to, const CalibrationDocument& document) {
         to("window_s", document.window);
     });
     describe_rig_effects(to, "shared_effects", document.shared_effects);
-    to.maybe("population", document.population.has_value(), [&] {
+    to.maybe("population", document.population, [&](const Population& population) {
         to("stems", population.stems);
         to("failed", population.failed);
         to("something_missing", population.inadequate);
-        describe_range(to, "bond_youngs_modulus_pa", population.bond_youngs_modulus);
-        describe_range(to, "bond_damping", population.bond_damping);
-        describe_range(to, "b1_per_cycle", population.decay_per_cycle);
-        describe_range(to, "b2_hz", population.frequency);
+        to("bond_youngs_modulus_pa", population.bond_youngs_modulus);
+        to("bond_damping", population.bond_damping);
+        to("b1_per_cycle", population.decay_per_cycle);
+        to("b2_hz", population.frequency);
     });
     to.template encoded<CalibratedStem>("stems", document.stems);
     to("remarks", document.remarks);

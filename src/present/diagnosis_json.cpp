@@ -179,7 +179,6 @@ struct DiagnosisFile {
 };
 template <class To>
 void describe(To& to, const DiagnosisFile& file) {
-    static const diagnose::MissingForce no_force;
     const DiagnosisReport& report = *file.report;
     const diagnose::Diagnosis& found = *report.found;
     to.constant("format", "culm-diagnosis");
@@ -201,8 +200,8 @@ void describe(To& to, const DiagnosisFile& file) {
         to("separates", [&] { return std::vector{each.first_model, each.second_model}; });
         to("expected_gap", each.expected_gap, "squared distance in standard deviations");
     });
-    to.maybe("missing_force", found.missing_force.has_value(),
-             [&] { describe_missing_force(to, found.missing_force.value_or(no_force)); });
+    to.maybe("missing_force", found.missing_force,
+             [&](const auto& force) { describe_missing_force(to, force); });
     to("runs", found.batches);
     describe_recordings(to, report);
     to("options", report.options);

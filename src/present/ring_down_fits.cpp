@@ -16,24 +16,13 @@ namespace {
 
 using nlohmann::json;
 
-struct SampleWithHistogram {
-    reduce::SampleSummary sample;
-};
-template <class To>
-void describe(To& to, const SampleWithHistogram& of) {
-    describe(to, of.sample);
-    to("count", of.sample.count);
-    to("histogram", of.sample.histogram);
-}
-
 /// If Eq. 1 could not be fitted to a height, its entry contains the reason.
 template <class To>
 void describe_height(To& to, const reduce::HeightRingDown& height, bool has_offset,
                      bool has_phase) {
-    const reduce::RingDownFit fit = height.fit.value_or(reduce::RingDownFit());
     to("height_mm", height.height);
     to.when(!height.fit, [&] { to("failure", height.failure); });
-    to.when(height.fit.has_value(), [&] {
+    to.when(height.fit, [&](const reduce::RingDownFit& fit) {
         to("samples", fit.samples);
         to("b0_mm", fit.amplitude);
         to("b1_per_s", fit.decay_rate);
@@ -93,24 +82,21 @@ void describe_measured_stem(To& to, const FitReport& report, std::size_t i) {
 
 template <class To>
 void describe_population(To& to, const reduce::PopulationSummary& population) {
-    const auto sample = [&](const char* key, const reduce::SampleSummary& of) {
-        to(key, SampleWithHistogram{of});
-    };
     // Null if a line has no points.
     const auto line = [&](const char* key, const reduce::LineFit& of) {
         to(key, [&] { return of.count > 0 ? std::optional(of) : std::nullopt; });
     };
     to("stems", population.stems);
-    sample("b1_per_cycle", population.decay_per_cycle);
-    sample("b2_hz", population.frequency);
-    sample("natural_frequency_hz", population.natural_frequency);
-    sample("largest_deflection_mm", population.largest_deflection);
-    sample("length_mm", population.length);
-    sample("aspect_ratio", population.aspect_ratio);
+    to("b1_per_cycle", population.decay_per_cycle);
+    to("b2_hz", population.frequency);
+    to("natural_frequency_hz", population.natural_frequency);
+    to("largest_deflection_mm", population.largest_deflection);
+    to("length_mm", population.length);
+    to("aspect_ratio", population.aspect_ratio);
     line("b1_against_aspect_ratio", population.decay_against_aspect_ratio);
     line("b1_against_relative_height", population.decay_against_height);
     to.object("banding", [&] {
-        sample("slopes", population.banding_slopes);
+        to("slopes", population.banding_slopes);
         to("mean_slope_p_value", population.mean_slope_p_value);
         to("significant_stems", population.banded_stems, "after Holm's adjustment");
     });
@@ -132,9 +118,8 @@ void describe(To& to, const FitFile& file) {
         to("window_s", report.options.window);
     });
     to.list("stems", stems, [&](std::size_t i) { describe_measured_stem(to, report, i); });
-    to.maybe("population", report.population.has_value(), [&] {
-        describe_population(to, report.population.value_or(reduce::PopulationSummary()));
-    });
+    to.maybe("population", report.population,
+             [&](const auto& population) { describe_population(to, population); });
     to("remarks", report.remarks);
     to("provenance", file.provenance);
 }

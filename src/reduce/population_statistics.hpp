@@ -44,6 +44,7 @@ struct SampleSummary {
 
 template <class To>
 void describe(To& to, const SampleSummary& sample) {
+    to("count", sample.count);
     to("mean", sample.mean);
     to("mean_interval", sample.mean_interval);
     to("standard_deviation", sample.standard_deviation);
@@ -52,6 +53,7 @@ void describe(To& to, const SampleSummary& sample) {
     to("median", sample.median);
     to("highest", sample.highest);
     to("central_90_percent", sample.central_90_percent);
+    to("histogram", sample.histogram);
 }
 
 /// Finite values; NaN where the sample is too small for a number (one value has no spread).
@@ -131,16 +133,11 @@ struct VarianceComponents {
     std::size_t stems = 0;
     std::size_t tests = 0;
     double tests_per_stem = 0.0; ///< harmonic mean
-    double between = 0.0;        ///< variance; negative estimates are set to zero
-    Bounds between_interval;
-    double within = 0.0; ///< variance
-    Bounds within_interval;
-    double intraclass_correlation = 0.0; ///< between / (between + within)
-    Bounds intraclass_interval;
-    double f_statistic = 0.0; ///< of the test that stems do not differ
+    VarianceComponent between;   ///< negative estimates are set to zero
+    VarianceComponent within;
+    Share intraclass_correlation; ///< between / (between + within)
+    double f_statistic = 0.0;     ///< of the test that stems do not differ
     double p_value = 1.0;
-    std::size_t between_degrees_of_freedom = 0;
-    std::size_t within_degrees_of_freedom = 0;
     std::string reason; ///< one sentence if `between` or `within` is not identifiable
 };
 
@@ -148,11 +145,9 @@ template <class To>
 void describe(To& to, const VarianceComponents& found) {
     to("stems", found.stems);
     to("tests", found.tests);
-    to("between",
-       VarianceComponent{found.between, found.between_interval, found.between_degrees_of_freedom});
-    to("within",
-       VarianceComponent{found.within, found.within_interval, found.within_degrees_of_freedom});
-    to("intraclass_correlation", Share{found.intraclass_correlation, found.intraclass_interval});
+    to("between", found.between);
+    to("within", found.within);
+    to("intraclass_correlation", found.intraclass_correlation);
     to("f", found.f_statistic);
     to("p_value", found.p_value);
     to.when(!found.reason.empty(), [&] { to("reason", found.reason); });

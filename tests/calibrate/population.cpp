@@ -23,8 +23,8 @@ std::vector<double> normal_sample(std::size_t count, unsigned seed) {
 TEST(CentralRange, EndsAtTheQuantilesOfTheSample) {
     const std::vector<double> values{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11};
     const calibrate::CentralRange found = calibrate::central_range(values);
-    EXPECT_DOUBLE_EQ(found.range.lower, 1.5);
-    EXPECT_DOUBLE_EQ(found.range.upper, 10.5);
+    EXPECT_DOUBLE_EQ(found.sample.central_90_percent.lower, 1.5);
+    EXPECT_DOUBLE_EQ(found.sample.central_90_percent.upper, 10.5);
     EXPECT_LE(found.lower_interval.lower, 1.5);
     EXPECT_GE(found.lower_interval.upper, 1.5);
 }

@@ -52,7 +52,7 @@ class Replicates(CulmTest):
                      "bond_damping, density_kg_m3 depend on each other"):
             self.assertIn(text, finished.stdout)
         summary = self.summary("out")
-        self.assertEqual(summary["population"]["frequency"]["points"], 72)
+        self.assertEqual(summary["population"]["frequency"]["count"], 72)
         components = summary["variance_components"]["decay_per_cycle"]
         self.assertEqual((components["stems"], components["tests"]), (24, 72))
         self.assertGreater(components["intraclass_correlation"]["value"], 0.5)

@@ -28,26 +28,27 @@ TEST(VarianceComponents, MatchTheHandWorkedTableOfThreeStems) {
     // Means 2, 5, 8 with tests ±1: MS within = 3·2/3 = 2, MS between = 2·9 = 18.
     const std::vector<StemTests> stems{{0, {1, 3}}, {0, {4, 6}}, {0, {7, 9}}};
     const VarianceComponents c = variance_components(stems);
-    EXPECT_DOUBLE_EQ(c.within, 2.0);
-    EXPECT_DOUBLE_EQ(c.between, 8.0);
+    EXPECT_DOUBLE_EQ(c.within.variance, 2.0);
+    EXPECT_DOUBLE_EQ(c.between.variance, 8.0);
     EXPECT_DOUBLE_EQ(c.f_statistic, 9.0);
-    EXPECT_DOUBLE_EQ(c.intraclass_correlation, 0.8);
-    EXPECT_EQ(c.between_degrees_of_freedom, 2U);
-    EXPECT_EQ(c.within_degrees_of_freedom, 3U);
+    EXPECT_DOUBLE_EQ(c.intraclass_correlation.value, 0.8);
+    EXPECT_EQ(c.between.degrees_of_freedom, 2U);
+    EXPECT_EQ(c.within.degrees_of_freedom, 3U);
     // χ² quantiles with 3 degrees of freedom (tables): 9.3484 and 0.21580; sum of squares 6.
-    EXPECT_NEAR(c.within_interval.lower, 6.0 / 9.3484, 1e-4);
-    EXPECT_NEAR(c.within_interval.upper, 6.0 / 0.21580, 1e-3 * 27.8);
+    EXPECT_NEAR(c.within.interval.lower, 6.0 / 9.3484, 1e-4);
+    EXPECT_NEAR(c.within.interval.upper, 6.0 / 0.21580, 1e-3 * 27.8);
     // F quantiles (2, 3) (tables): 16.0441 and 1/39.1655.
-    EXPECT_NEAR(c.intraclass_interval.upper, (9 * 39.1655 - 1) / (9 * 39.1655 + 1), 1e-6);
-    EXPECT_EQ(c.intraclass_interval.lower, 0.0);
+    EXPECT_NEAR(c.intraclass_correlation.interval.upper, (9 * 39.1655 - 1) / (9 * 39.1655 + 1),
+                1e-6);
+    EXPECT_EQ(c.intraclass_correlation.interval.lower, 0.0);
 }
 
 TEST(VarianceComponents, StrataAreNotComparedWithEachOther) {
     const std::vector<StemTests> stems{{0, {1, 3}},     {0, {4, 6}},     {0, {7, 9}},
                                        {1, {101, 103}}, {1, {104, 106}}, {1, {107, 109}}};
     const VarianceComponents c = variance_components(stems);
-    EXPECT_DOUBLE_EQ(c.between, 8.0);
-    EXPECT_EQ(c.between_degrees_of_freedom, 4U);
+    EXPECT_DOUBLE_EQ(c.between.variance, 8.0);
+    EXPECT_EQ(c.between.degrees_of_freedom, 4U);
 }
 
 TEST(VarianceComponents, IntervalsCoverTheTruthInNineteenOfTwentySamples) {
@@ -65,9 +66,9 @@ TEST(VarianceComponents, IntervalsCoverTheTruthInNineteenOfTwentySamples) {
             const auto covers = [](const Bounds& b, double x) {
                 return b.lower <= x && x <= b.upper;
             };
-            covers_between += covers(c.between_interval, between);
-            covers_within += covers(c.within_interval, within);
-            covers_share += covers(c.intraclass_interval, between / (between + within));
+            covers_between += covers(c.between.interval, between);
+            covers_within += covers(c.within.interval, within);
+            covers_share += covers(c.intraclass_correlation.interval, between / (between + within));
         }
         // 95 % of 2000 with a standard deviation of 0.5 %; four of them. The modified large-sample
         // interval is an approximation that may cover some more (Burdick & Graybill 1992: 94 to
@@ -89,8 +90,8 @@ TEST(VarianceComponents, EstimatesOfAdditiveEffectsAreUnbiasedWithUnequalNumbers
         for (std::size_t s = 0; s < stems.size(); s += 2)
             stems[s].values.resize(2);
         const auto c = variance_components(stems);
-        between += c.between / samples;
-        within += c.within / samples;
+        between += c.between.variance / samples;
+        within += c.within.variance / samples;
     }
     // The variances of one sample's estimates are some 1.2² and 0.16²; of the mean of 1000, 0.037
     // and 0.005. Four of them.

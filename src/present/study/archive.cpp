@@ -142,8 +142,6 @@ std::map<std::string, std::string> by_name(const archive::Texts& entries) {
 /// study.h5; without a description it cannot be opened.
 template <class To>
 void describe_archive(To& to, const FolderState& state) {
-    const archive::StudyDescription study = state.archive.value_or(archive::StudyDescription());
-    const archive::Verification found = state.verification.value_or(archive::Verification());
     const auto columns = [&](const char* key, const std::vector<archive::Column>& all) {
         to.list(key, all, [&](const archive::Column& column) {
             to("name", column.name);
@@ -151,7 +149,7 @@ void describe_archive(To& to, const FolderState& state) {
         });
     };
     to("bytes", state.archive_bytes);
-    to.when(state.archive.has_value(), [&] {
+    to.when(state.archive, [&](const archive::StudyDescription& study) {
         to("culm", study.version, "the program that wrote it");
         columns("factors", study.factors);
         columns("results", study.results);
@@ -165,7 +163,7 @@ void describe_archive(To& to, const FolderState& state) {
         to("spheres", study.spheres);
         to("provenance", [&] { return by_name(study.provenance); });
     });
-    to.when(state.verification.has_value(), [&] {
+    to.when(state.verification, [&](const archive::Verification& found) {
         to("datasets", found.datasets);
         to("chunks", found.chunks);
         to.list("damaged", found.damaged, [&](const archive::DamagedDataset& dataset) {
@@ -218,7 +216,6 @@ struct FolderFile {
 template <class To>
 void describe(To& to, const FolderFile& of) {
     const FolderState& state = *of.state;
-    const study::StudyNote note = state.note.value_or(study::StudyNote());
     describe_points(to, state);
     to("is_running", [&] { return state.is_running(); });
     to.maybe("archive", state.archive_bytes > 0 || state.archive,
@@ -230,7 +227,7 @@ void describe(To& to, const FolderFile& of) {
         to("point", std::get<0>(start));
         to("times", std::get<1>(start));
     });
-    to.when(state.note.has_value(), [&] {
+    to.when(state.note, [&](const study::StudyNote& note) {
         to.object("run", [&] {
             to("name", note.name);
             to("start", note.start);

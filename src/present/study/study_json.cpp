@@ -30,14 +30,11 @@ using study::TimestepSummary;
 template <class To>
 void describe_law(To& to, const reduce::RegressionOutcome& outcome, const char* predictor,
                   const char* unit) {
-    const reduce::ResponseRegression law =
-        outcome.regression.value_or(reduce::ResponseRegression());
-    const reduce::ReducedModel reduced = law.reduced.value_or(reduce::ReducedModel());
     const auto bounds = [&](const char* key, const reduce::Estimate& of) {
         to(key, reduce::Bounds{of.lower, of.upper});
     };
     to.when(!outcome.regression, [&] { to("reason", outcome.reason); });
-    to.when(outcome.regression.has_value(), [&] {
+    to.when(outcome.regression, [&](const reduce::ResponseRegression& law) {
         to("predictor", std::string(predictor));
         to("unit", std::string(unit));
         to("points", law.points);
@@ -49,8 +46,14 @@ void describe_law(To& to, const reduce::RegressionOutcome& outcome, const char* 
         });
         to("adjusted_r2", law.single.regression.adjusted_r_squared);
         to("residuals_percent", law.single.residuals.histogram);
-        to("terms", reduced.model.regression.coefficients, "that the F-tests kept");
-        to.when(law.reduced.has_value(), [&] {
+        to(
+            "terms",
+            [&] {
+                return law.reduced ? law.reduced->model.regression.coefficients
+                                   : std::vector<reduce::Coefficient>();
+            },
+            "that the F-tests kept");
+        to.when(law.reduced, [&](const reduce::ReducedModel& reduced) {
             to("terms_adjusted_r2", reduced.model.regression.adjusted_r_squared);
             to("adjusted_r2_full", reduced.model.full_adjusted_r_squared);
             to("terms_residuals_percent", reduced.residuals.histogram);
@@ -58,15 +61,6 @@ void describe_law(To& to, const reduce::RegressionOutcome& outcome, const char* 
         });
         to.when(!law.reduced, [&] { to("terms_reason", law.no_reduced_reason); });
     });
-}
-
-struct PointSample {
-    reduce::SampleSummary sample;
-};
-template <class To>
-void describe(To& to, const PointSample& of) {
-    describe(to, of.sample);
-    to("points", of.sample.count);
 }
 
 template <class To>
@@ -84,43 +78,31 @@ void describe_sensitivity(To& to, const reduce::Sensitivity& found, std::int64_t
     });
 }
 
-/// Of b1 and b2, as far as `has` says that they have one.
+/// A part of the spread of b1 and b2, as far as they have it.
 template <class To>
-void describe_responses(To& to, const study::ReplicateSummary& summary, const auto& has,
-                        const auto& members) {
+void describe_responses(To& to, const study::ReplicateSummary& summary,
+                        auto study::ResponseSpread::*part, const auto& members) {
     for (const char* name : {"decay_per_cycle", "frequency"}) {
-        const auto found = [&] {
-            return std::ranges::find_if(summary.responses, [&](const auto& response) {
-                return response.name == name && has(response);
-            });
-        };
-        to.when(found() != summary.responses.end(), [&] {
-            to.object(name, [&] {
-                const bool exists = found() != summary.responses.end();
-                members(exists ? *found() : study::ResponseSpread());
-            });
-        });
+        decltype(std::optional(study::ResponseSpread().*part)) found;
+        for (const study::ResponseSpread& response : summary.responses)
+            if (response.name == name)
+                found = response.*part;
+        to.when(found, [&](const auto& of) { to.object(name, [&] { members(of); }); });
     }
 }
 
 template <class To>
 void describe_spread(To& to, const study::ReplicateSummary& summary, std::int64_t designed) {
     using study::ResponseSpread;
-    const auto has_components = [](const ResponseSpread& of) { return of.components.has_value(); };
-    const auto has_sensitivity = [](const ResponseSpread& of) {
-        return of.sensitivity.has_value();
-    };
-    to.object("population", [&] {
-        describe_responses(
-            to, summary, [](const ResponseSpread&) { return true; },
-            [&](const ResponseSpread& of) { describe(to, PointSample{of.population}); });
-    });
-    to.when(std::ranges::any_of(summary.responses, has_components), [&] {
+    const auto all_members = [&](const auto& of) { describe(to, of); };
+    const bool has_components =
+        std::ranges::any_of(summary.responses, [](const auto& of) { return bool(of.components); });
+    to.object("population",
+              [&] { describe_responses(to, summary, &ResponseSpread::population, all_members); });
+    to.when(has_components, [&] {
         to.object("variance_components", [&] {
             to.constant("method", "one-way random effects, unweighted means");
-            describe_responses(to, summary, has_components, [&](const ResponseSpread& of) {
-                describe(to, of.components.value_or(reduce::VarianceComponents()));
-            });
+            describe_responses(to, summary, &ResponseSpread::components, all_members);
         });
     });
     to.object("sensitivity", [&] {
@@ -128,9 +110,8 @@ void describe_spread(To& to, const study::ReplicateSummary& summary, std::int64_
         to.when(!reason.empty(), [&] { to("reason", reason); });
         to.when(reason.empty(), [&] {
             to.constant("method", "polynomial chaos, degree by leave-one-out error");
-            describe_responses(to, summary, has_sensitivity, [&](const auto& of) {
-                describe_sensitivity(to, of.sensitivity.value_or(reduce::Sensitivity()), designed);
-            });
+            describe_responses(to, summary, &ResponseSpread::sensitivity,
+                               [&](const auto& of) { describe_sensitivity(to, of, designed); });
             to.list("groups", summary.groups, [&](const study::FactorGroup& group) {
                 to("name", group.name);
                 to("factors", group.factors);
@@ -175,11 +156,10 @@ void describe_limits(To& to, const std::vector<TimestepStem>& stems) {
 template <class To>
 void describe_limit_law(To& to, const char* key, const reduce::TimestepLawOutcome& outcome,
                         const char* form) {
-    const reduce::TimestepLaw law = outcome.law.value_or(reduce::TimestepLaw());
     to.object(key, [&] {
         to("form", std::string(form));
         to.when(!outcome.law, [&] { to("reason", outcome.reason); });
-        to.when(outcome.law.has_value(), [&] {
+        to.when(outcome.law, [&](const reduce::TimestepLaw& law) {
             to("points", [&] { return law.residuals.size(); });
             to("coefficients", law.regression.coefficients);
             to("largest_residual", law.largest_residual);
@@ -279,9 +259,8 @@ void describe(To& to, const StudySummaryFile& of) {
             describe_law(to, summary.regression.bond_damping, "decay_per_cycle", "1");
         });
     });
-    to.when(summary.replicates.has_value(), [&] {
-        describe_spread(to, summary.replicates.value_or(study::ReplicateSummary()), summary.points);
-    });
+    to.when(summary.replicates,
+            [&](const auto& replicates) { describe_spread(to, replicates, summary.points); });
 }
 
 /// summary.json of a time-step study.
