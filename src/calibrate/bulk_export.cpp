@@ -161,12 +161,11 @@ void leave_out(std::span<BulkStem> stems, std::span<const std::string> names) {
         }
         if (is_found)
             continue;
-        const std::string nearest = core::nearest_name(name, present);
         throw core::InputError(
             fmt::format("--without {}: not part of this calibration, which has {}{}", name,
                         present.empty() ? "no effects and no added mass"
                                         : fmt::format("{}", fmt::join(present, ", ")),
-                        nearest.empty() ? "" : fmt::format("; did you mean \"{}\"?", nearest)));
+                        core::did_you_mean(name, present)));
     }
 }
 

@@ -61,4 +61,10 @@ std::string nearest_name(std::string_view name, std::span<const std::string> val
     return best != valid.end() && distance(*best) <= most ? *best : "";
 }
 
+std::string did_you_mean(std::string_view name, std::span<const std::string> valid,
+                         std::string_view quote) {
+    const std::string nearest = nearest_name(name, valid);
+    return nearest.empty() ? "" : fmt::format(" (did you mean {0}{1}{0}?)", quote, nearest);
+}
+
 } // namespace culm::core

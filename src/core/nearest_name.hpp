@@ -16,4 +16,8 @@ namespace culm::core {
 /// equals. Empty when more than half of the letters would have to change.
 [[nodiscard]] std::string nearest_name(std::string_view name, std::span<const std::string> valid);
 
+/// " (did you mean X?)" with the nearest name between the quotes given, or an empty text.
+[[nodiscard]] std::string did_you_mean(std::string_view name, std::span<const std::string> valid,
+                                       std::string_view quote = "\"");
+
 } // namespace culm::core

@@ -187,7 +187,7 @@ TEST_F(Study, NamesTheColumnNearestToAnUnknownOne) {
     write();
     const StudyFile study(path_);
     EXPECT_THAT(message<core::InputError>([&] { (void)study.result("frequenzy"); }),
-                testing::HasSubstr("no column \"frequenzy\"; did you mean \"frequency\"?"));
+                testing::HasSubstr("no column \"frequenzy\" (did you mean \"frequency\"?)"));
 }
 
 TEST_F(Study, RefusesRecordsThatDoNotFit) {

@@ -7,7 +7,8 @@ import sys
 import unittest
 from pathlib import Path
 
-from culm_program import DONE, CulmTest
+from culm_program import DONE, PROGRAM, CulmTest
+from effects_reference import reference
 
 TESTS = Path(__file__).resolve().parents[1]
 ROOT = TESTS.parent
@@ -16,7 +17,7 @@ from json_schema import schema_faults, schema_of  # noqa: E402
 
 SCHEMA = schema_of("effects")
 DOCUMENT = (ROOT / "docs" / "effects.md").read_text("utf-8")
-BEGIN, END = "<!-- culm effects --markdown -->\n", "<!-- end -->\n"
+BEGIN, END = "<!-- tests/cli/effects_reference.py -->\n", "<!-- end -->\n"
 EXAMPLES = sorted((ROOT / "config" / "effects").glob("*.toml"))
 
 DRAG = """[effect]
@@ -43,10 +44,9 @@ class Library(CulmTest):
         self.assertEqual([card["name"] for card in cards["effects"]], names)
 
     def test_is_in_the_documents(self):
-        printed = self.culm("effects", "--markdown").stdout
         documented = DOCUMENT.split(BEGIN)[1].split(END)[0]
-        self.assertEqual(documented, printed, "put what `culm effects --markdown` prints between "
-                                              "the marks of docs/effects.md")
+        self.assertEqual(documented, reference(PROGRAM), "put what tests/cli/effects_reference.py "
+                         "prints between the marks of docs/effects.md")
 
     def test_describes_the_signature_of_an_effect_and_what_to_do(self):
         finished = self.culm("effects", "clamp_friction")

@@ -66,7 +66,7 @@ TEST(StudyFiles, AreReadFromTheArchiveAlone) {
 TEST(StudyFiles, AreKeptInTheNoteOfTheFolder) {
     const tests::TemporaryFolder place;
     const StudyFolder folder(place / "out");
-    const StudyNote note{"n", 3, study_text, "s.toml", "start", 1, {}, {{"a", "b"}}};
+    const archive::Texts note{{"points", "3"}, {"config", study_text}, {"start", "now"}};
     write_note(folder, note);
     EXPECT_EQ(read_note(folder), note);
 }
@@ -75,7 +75,7 @@ TEST(StudyNote, IsRefusedWithAnImpossibleNumberOfPoints) {
     const tests::TemporaryFolder place;
     const StudyFolder folder(place / "out");
     for (const std::int64_t points : {std::int64_t{-1}, most_points + 1}) {
-        write_note(folder, {"n", points, "", "s.toml", "start", 1, {}, {}});
+        write_note(folder, {{"points", std::to_string(points)}});
         EXPECT_THROW((void)read_note(folder), core::StorageError) << points;
     }
 }

@@ -158,10 +158,8 @@ std::vector<double> StudyFile::column(const std::string& table, const std::vecto
         }
         names.push_back(candidate.name);
     }
-    const std::string nearest = core::nearest_name(name, names);
-    throw core::InputError(fmt::format(
-        "{}: {} has no column \"{}\"{}", path().string(), table, name,
-        nearest.empty() ? std::string() : fmt::format("; did you mean \"{}\"?", nearest)));
+    throw core::InputError(fmt::format("{}: {} has no column \"{}\"{}", path().string(), table,
+                                       name, core::did_you_mean(name, names)));
 }
 
 std::vector<double> StudyFile::design() const {

@@ -40,17 +40,6 @@ std::string parameter_text(const EffectParameter& parameter) {
                        parameter.upper, how_fitted(parameter), labelled("", parameter.meaning));
 }
 
-std::string markdown_parameters(const physics::Effect& effect) {
-    std::string out = "\n| parameter | unit | default | from | to | in a fit | meaning |\n"
-                      "|---|---|---|---|---|---|---|\n";
-    for (const EffectParameter& parameter : effect.parameters())
-        out +=
-            fmt::format("| `{}` | {} | {} | {} | {} | {} | {} |\n", parameter.name,
-                        parameter.unit.empty() ? "1" : parameter.unit, parameter.default_value,
-                        parameter.lower, parameter.upper, how_fitted(parameter), parameter.meaning);
-    return out;
-}
-
 /// What `culm effects --json` writes.
 struct EffectsFile {
     std::vector<physics::EffectPointer> effects;
@@ -120,30 +109,9 @@ std::string effect_card(const physics::Effect& effect) {
     return out;
 }
 
-/// All properties of each effect as Markdown: the reference in docs/effects.md.
-std::string effects_markdown(std::span<const physics::EffectPointer> effects) {
-    std::string out;
-    for (const physics::EffectPointer& effect : effects) {
-        out +=
-            fmt::format("{}### `{}`\n{}.\n\n* Family: {}.\n* Law: {}.\n* Source: {}.\n* Signature: "
-                        "{}.\n* Remedy: {}.\n* Energy: {}.\n",
-                        out.empty() ? "" : "\n", effect->name(), effect->summary(),
-                        physics::to_string(effect->family()), effect->law(), effect->source(),
-                        effect->signature(), effect->remedy(), effect->energy());
-        if (effect->dimensions() == 3)
-            out += "* Needs three dimensions.\n";
-        if (!effect->excludes().empty())
-            out += fmt::format("* Contains {}, which cannot be added as well.\n",
-                               fmt::join(effect->excludes(), ", "));
-        out += markdown_parameters(*effect);
-    }
-    return out;
-}
-
 struct EffectsArguments {
     std::vector<std::string> names;
     std::string json;
-    bool is_markdown = false;
 };
 
 std::vector<physics::EffectPointer> chosen(const EffectsArguments& arguments) {
@@ -158,12 +126,10 @@ std::vector<physics::EffectPointer> chosen(const EffectsArguments& arguments) {
 
 void show(const EffectsArguments& arguments) {
     const std::vector<physics::EffectPointer> effects = chosen(arguments);
-    if (!arguments.json.empty())
+    if (!arguments.json.empty()) {
         present::write_json(arguments.json, core::json_of(EffectsFile{effects}));
-    if (arguments.is_markdown)
-        fmt::print("{}", effects_markdown(effects));
-    if (!arguments.json.empty() || arguments.is_markdown)
         return;
+    }
     if (arguments.names.empty()) {
         fmt::print("{}\n`culm effects NAME` shows the law, the signature, the remedy, and the "
                    "parameters.\n",
@@ -188,8 +154,6 @@ void add_effects_command(CLI::App& app) {
                "Effects to describe, or TOML files that define one (default: list all)");
     add_option(*command, "--json", arguments->json, "FILE",
                "Write them to this file (- for stdout)");
-    command->add_flag("--markdown", arguments->is_markdown,
-                      "Print them as the reference in docs/effects.md");
     command->callback([arguments] { show(*arguments); });
 }
 

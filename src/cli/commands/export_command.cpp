@@ -83,11 +83,10 @@ std::vector<calibrate::BulkStem> bulk_stems(const std::string& file, const std::
             fmt::format("{}: not what `culm calibrate --json` writes: {}", file, error.what()));
     }
     if (stems.empty()) {
-        const std::string nearest = core::nearest_name(id, names);
-        throw core::InputError(fmt::format(
-            "{}: no calibrated stem{}{}", file, id.empty() ? "" : fmt::format(" \"{}\"", id),
-            nearest.empty() || nearest == id ? ""
-                                             : fmt::format("; did you mean \"{}\"?", nearest)));
+        std::erase(names, id); // it could not be calibrated
+        throw core::InputError(fmt::format("{}: no calibrated stem{}{}", file,
+                                           id.empty() ? "" : fmt::format(" \"{}\"", id),
+                                           core::did_you_mean(id, names)));
     }
     return stems;
 }

@@ -2,6 +2,7 @@
 // culm keys [NAME...]
 #include "cli/options.hpp"
 #include "core/error.hpp"
+#include "core/nearest_name.hpp"
 #include "present/text.hpp"
 #include "study/config/keys.hpp"
 
@@ -15,15 +16,6 @@ namespace culm::cli {
 namespace {
 
 using study::KeyDescription;
-
-/// The tables in the order of the catalogue.
-std::vector<std::string> config_tables() {
-    std::vector<std::string> names;
-    for (const KeyDescription& key : study::config_keys())
-        if (names.empty() || names.back() != key.table)
-            names.push_back(key.table);
-    return names;
-}
 
 /// "a number in (0, 1000] mm; default 2.83".
 std::string key_value(const KeyDescription& key) {
@@ -44,12 +36,14 @@ bool is_named(const KeyDescription& key, const std::string& name) {
 }
 
 [[noreturn]] void refuse(const std::string& name) {
-    std::vector<std::string> valid = config_tables();
-    for (const KeyDescription& key : study::config_keys())
+    std::vector<std::string> valid;
+    for (const KeyDescription& key : study::config_keys()) {
+        valid.push_back(key.table);
         valid.push_back(key.name);
+    }
     throw core::InputError(fmt::format(
         "there is no table or key \"{}\" in a study file{}; `culm keys` lists those there are",
-        name, study::did_you_mean(name, valid, "\"")));
+        name, core::did_you_mean(name, valid)));
 }
 
 std::string card(const KeyDescription& key) {
@@ -65,15 +59,22 @@ std::string card(const KeyDescription& key) {
 /// Every table with the names of its keys.
 std::string config_key_list() {
     std::string text;
-    for (const std::string& section : config_tables()) {
-        std::vector<std::string> names;
-        for (const KeyDescription& key : study::config_keys())
-            if (key.table == section)
-                names.push_back(key.name);
-        text += fmt::format("[{}]\n{}", section,
-                            present::wrapped("    ", fmt::format("{}", fmt::join(names, ", ")),
-                                             present::text_width));
+    std::string table;
+    std::string names;
+    const auto end_table = [&] {
+        if (!table.empty())
+            text += fmt::format("[{}]\n{}", table,
+                                present::wrapped("    ", names, present::text_width));
+    };
+    for (const KeyDescription& key : study::config_keys()) {
+        if (key.table != table) {
+            end_table();
+            table = key.table;
+            names.clear();
+        }
+        names += (names.empty() ? "" : ", ") + key.name;
     }
+    end_table();
     return text;
 }
 

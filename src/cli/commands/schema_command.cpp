@@ -50,10 +50,8 @@ core::ExitCode print_schema(const std::string& name, int& argc, char**& argv) {
         fmt::print("{}\n", core::titled_schema(document.schema(), document.written_by).dump(2));
         return core::ExitCode::Done;
     }
-    const std::string nearest = core::nearest_name(name, names);
-    throw core::InputError(fmt::format(
-        "there is no document \"{}\"{}", name,
-        nearest.empty() ? std::string() : fmt::format(" (did you mean \"{}\"?)", nearest)));
+    throw core::InputError(
+        fmt::format("there is no document \"{}\"{}", name, core::did_you_mean(name, names)));
 }
 
 void print_list() {

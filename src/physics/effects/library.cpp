@@ -61,10 +61,9 @@ EffectPointer effect_named(std::string_view name) {
     for (const EffectPointer& effect : all_effects())
         if (effect->name() == name)
             return effect;
-    const std::string nearest = core::nearest_name(name, effect_names());
     throw core::InputError(
         fmt::format("there is no effect \"{}\"{}; `culm effects` lists those there are", name,
-                    nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest)));
+                    core::did_you_mean(name, effect_names())));
 }
 
 BelongsTo belongs_to(std::string_view name) {

@@ -50,11 +50,9 @@ std::size_t parameter_index(const Effect& effect, std::string_view name) {
     for (std::size_t k = 0; k < names.size(); ++k)
         if (names[k] == name)
             return k;
-    const std::string nearest = core::nearest_name(name, names);
-    throw core::InputError(
-        fmt::format("{} has no parameter \"{}\"{}; it has {}", effect.name(), name,
-                    nearest.empty() ? "" : fmt::format(" (did you mean \"{}\"?)", nearest),
-                    fmt::join(names, ", ")));
+    throw core::InputError(fmt::format("{} has no parameter \"{}\"{}; it has {}", effect.name(),
+                                       name, core::did_you_mean(name, names),
+                                       fmt::join(names, ", ")));
 }
 
 double number(std::string_view text, std::string_view whole) {

@@ -135,6 +135,15 @@ std::string damage_text(const study::JournalState& journal) {
                        scan.corrupt_records);
 }
 
+std::string note_text(const FolderState& state, std::string_view name) {
+    return archive::text_named(name, *state.note);
+}
+
+std::string start_text(const FolderState& state) {
+    return fmt::format("started   {}, ranks {}", note_text(state, "start"),
+                       note_text(state, "ranks"));
+}
+
 std::map<std::string, std::string> by_name(const archive::Texts& entries) {
     return {entries.begin(), entries.end()};
 }
@@ -227,15 +236,8 @@ void describe(To& to, const FolderFile& of) {
         to("point", std::get<0>(start));
         to("times", std::get<1>(start));
     });
-    to.when(state.note, [&](const study::StudyNote& note) {
-        to.object("run", [&] {
-            to("name", note.name);
-            to("start", note.start);
-            to("ranks", note.ranks);
-            to("config_file", note.config_file);
-            to("provenance", [&] { return by_name(note.provenance); });
-        });
-    });
+    to.when(state.note,
+            [&](const archive::Texts& note) { to("run", [&] { return by_name(note); }); });
     to("problems", state.problems);
     to.when(state.verification || !state.archive,
             [&] { to("is_whole", [&] { return state.is_whole(); }); });
@@ -269,9 +271,8 @@ std::string info_text(const study::StudyFolder& folder, const FolderState& state
     if (!state.journals.empty())
         text += journals_text(state);
     if (!state.archive && state.note)
-        text += fmt::format("study     {} ({}), last started {} on {}\n", state.note->name,
-                            state.note->config_file, state.note->start,
-                            counted(state.note->ranks, "rank"));
+        text += fmt::format("study     {} ({})\n{}\n", note_text(state, "study_name"),
+                            note_text(state, "config_file"), start_text(state));
     text += counts_text(state);
     if (state.archive)
         text +=
@@ -279,7 +280,7 @@ std::string info_text(const study::StudyFolder& folder, const FolderState& state
                         columns_text(state.archive->factors), columns_text(state.archive->results),
                         histories_text(*state.archive), provenance_text(state.archive->provenance));
     else if (state.note)
-        text += "provenance\n" + provenance_text(state.note->provenance);
+        text += "provenance\n" + provenance_text(*state.note);
     for (const std::string& problem : state.problems)
         text += fmt::format("problem   {}\n", problem);
     return text;
@@ -293,8 +294,7 @@ std::string status_text(const FolderState& state) {
                                                        : "not running; --resume writes study.h5");
     text += counts_text(state);
     if (state.note)
-        text += fmt::format("started   {} on {}\n", state.note->start,
-                            counted(state.note->ranks, "rank"));
+        text += start_text(state) + '\n';
     if (!state.journals.empty()) {
         const auto youngest =
             std::ranges::min_element(state.journals, {}, &study::JournalState::age_s);

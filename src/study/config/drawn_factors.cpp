@@ -2,6 +2,7 @@
 // Factors that are drawn: distributions, columns of measured stems, rank correlations.
 #include "core/decimal_text.hpp"
 #include "core/error.hpp"
+#include "core/nearest_name.hpp"
 #include "measure/folder/delimited_text.hpp"
 #include "study/config/keys.hpp"
 #include "study/config/sections.hpp"
@@ -67,7 +68,7 @@ std::size_t place_of(const measure::DelimitedLine& header, const ColumnRequest& 
         return static_cast<std::size_t>(found - header.cells.begin());
     throw core::InputError(fmt::format(
         "{}:{}: no column {}{}; there are {}", request.file, header.number, request.column,
-        did_you_mean(request.column, header.cells), fmt::join(header.cells, ", ")));
+        core::did_you_mean(request.column, header.cells, ""), fmt::join(header.cells, ", ")));
 }
 
 // A smaller share of the unconfined distribution within [min, max] indicates a wrong limit.
@@ -186,7 +187,8 @@ read_members(const core::TomlTable& table, const toml::node& node, const StudyCo
         const auto key = name.value_or<std::string>("");
         const auto found = std::ranges::find(valid, key);
         if (found == valid.end())
-            return refuse(fmt::format("{} is not in [factors]{}", key, did_you_mean(key, valid)));
+            return refuse(
+                fmt::format("{} is not in [factors]{}", key, core::did_you_mean(key, valid, "")));
         members.push_back(static_cast<std::size_t>(found - valid.begin()));
     }
     auto sorted = members;

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/config/keys.hpp"
 
-#include "core/nearest_name.hpp"
 #include "physics/bond_law_options.hpp"
 #include "study/config/parameters.hpp"
 
@@ -408,12 +407,6 @@ std::vector<KeyDescription> config_keys() {
             keys.insert(keys.end(), factor_table().keys().begin(), factor_table().keys().end());
     }
     return keys;
-}
-
-std::string did_you_mean(std::string_view name, std::span<const std::string> valid,
-                         std::string_view quote) {
-    const std::string nearest = core::nearest_name(name, valid);
-    return nearest.empty() ? "" : fmt::format(" (did you mean {0}{1}{0}?)", quote, nearest);
 }
 
 } // namespace culm::study

@@ -54,8 +54,4 @@ struct FactorEntry {
 /// The row of the parameter in words.
 [[nodiscard]] KeyDescription description_of(const Parameter& parameter);
 
-/// " (did you mean X?)" with the nearest name between the quotes given, or an empty string.
-[[nodiscard]] std::string did_you_mean(std::string_view name, std::span<const std::string> valid,
-                                       std::string_view quote = "");
-
 } // namespace culm::study

@@ -181,16 +181,12 @@ struct Origin {
     std::string start;
 };
 Origin origin_of(const std::vector<FolderState>& states, const StudyFolder& first) {
-    for (const FolderState& state : states) {
-        if (state.archive) {
-            const archive::Texts& texts = state.archive->provenance;
+    for (const FolderState& state : states)
+        if (state.archive || state.note) {
+            const archive::Texts& texts = state.archive ? state.archive->provenance : *state.note;
             return {archived_study(texts), archive::text_named("ranks", texts),
                     archive::text_named("start", texts)};
         }
-        if (state.note)
-            return {parse_study(state.note->config, state.note->config_file, state.note->files),
-                    std::to_string(state.note->ranks), state.note->start};
-    }
     throw core::InputError(fmt::format(
         "{}: neither study.h5 nor journal/study.json contains the design of the study; `culm run "
         "STUDY.toml -o {} --resume` finishes it",

@@ -187,11 +187,12 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
 /// The note informs people who watch the study. A full disk is reported by the journals.
 void leave_note(const Study& study, const StudyFolder& folder, const std::string& start,
                 const farm::Communicator* communicator, const ExecuteOptions& options) {
+    archive::Texts note = provenance_of(study.config, options.provenance);
+    note.emplace_back("points", std::to_string(study.design.point_count()));
+    note.emplace_back("start", start);
+    note.emplace_back("ranks", std::to_string(communicator == nullptr ? 1 : communicator->size()));
     try {
-        write_note(folder,
-                   {study.config.name, study.design.point_count(), study.config.text,
-                    study.config.file, start, communicator == nullptr ? 1 : communicator->size(),
-                    options.provenance, study.config.files});
+        write_note(folder, note);
     } catch (const core::StorageError&) {
         return;
     }

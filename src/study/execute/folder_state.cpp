@@ -221,7 +221,8 @@ FolderState read_folder_state(const StudyFolder& folder, FolderDepth depth) {
             "folder when its design is ready",
             folder.path().string(), folder.archive().filename().string()));
     if (!state.points && state.note)
-        state.points.emplace(static_cast<std::size_t>(state.note->points), PointStatus::Missing);
+        state.points.emplace(static_cast<std::size_t>(points_of(*state.note)),
+                             PointStatus::Missing);
     if (state.points)
         add_journals_to_points(state);
     return state;

@@ -38,7 +38,7 @@ struct FolderState {
     std::string identity;                                    ///< canonical configuration
     std::optional<archive::StudyDescription> archive;        ///< of study.h5, if it can be read
     std::optional<archive::Verification> verification;       ///< of study.h5, if it was asked for
-    std::optional<StudyNote> note;                           ///< next to the journals
+    std::optional<archive::Texts> note;                      ///< next to the journals
     std::vector<JournalState> journals;                      ///< in order of their names
     std::vector<std::string> problems;                       ///< files that cannot be read, and why
     std::optional<std::vector<archive::PointStatus>> points; ///< nothing: their number is unknown

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "study/execute/journal_notes.hpp"
 
+#include "core/decimal_text.hpp"
 #include "core/error.hpp"
 #include "farm/communicator.hpp"
-#include "study/config/study_config.hpp"
+#include "study/design/design.hpp"
 
 #include <cerrno>
 #include <cmath>
@@ -22,33 +23,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* note_format = "culm-journal-note";
-
-nlohmann::ordered_json to_json(const StudyNote& note) {
-    const nlohmann::ordered_json::object_t facts(note.provenance.begin(), note.provenance.end());
-    return {{"format", note_format}, {"format_version", "1.1"},
-            {"name", note.name},     {"points", note.points},
-            {"start", note.start},   {"ranks", note.ranks},
-            {"provenance", facts},   {"config_file", note.config_file},
-            {"config", note.config}, {"config_files", to_text(note.files)}};
-}
-
-StudyNote from_json(const nlohmann::ordered_json& json) {
-    if (json.at("format") != note_format)
-        throw core::StorageError("it is not a note of culm");
-    StudyNote note{json.at("name"),
-                   json.at("points"),
-                   json.at("config"),
-                   json.at("config_file"),
-                   json.at("start"),
-                   json.at("ranks"),
-                   {},
-                   files_from_text(json.value("config_files", std::string()))};
-    if (note.points < 0 || note.points > most_points)
-        throw core::StorageError(fmt::format("{} is not a number of points", note.points));
-    for (const auto& [name, text] : json.at("provenance").items())
-        note.provenance.emplace_back(name, text.get<std::string>());
-    return note;
-}
 
 /// Replaces a file atomically. Throws StorageError if it cannot be written; `error` is that of the
 /// renaming.
@@ -78,26 +52,43 @@ bool is_sound(const farm::Pace& pace) {
 
 } // namespace
 
-void write_note(const StudyFolder& folder, const StudyNote& note) {
+void write_note(const StudyFolder& folder, const archive::Texts& note) {
+    const nlohmann::ordered_json::object_t texts(note.begin(), note.end());
     std::error_code error;
     fs::create_directories(folder.journals(), error);
     if (!error)
-        replace_json(folder.note(), to_json(note), error);
+        replace_json(folder.note(),
+                     {{"format", note_format}, {"format_version", "2.0"}, {"study", texts}}, error);
     if (error)
         throw core::StorageError(
             fmt::format("cannot write {}: {}", folder.note().string(), error.message()));
 }
 
-std::optional<StudyNote> read_note(const StudyFolder& folder) {
+std::optional<archive::Texts> read_note(const StudyFolder& folder) {
     if (!is_there(folder.note()))
         return std::nullopt;
     std::ifstream in(folder.note());
     try {
-        return from_json(nlohmann::ordered_json::parse(in));
+        const auto json = nlohmann::ordered_json::parse(in);
+        if (json.at("format") != note_format)
+            throw core::StorageError("it is not a note of culm");
+        archive::Texts note;
+        for (const auto& [name, text] : json.at("study").items())
+            note.emplace_back(name, text.get<std::string>());
+        static_cast<void>(points_of(note));
+        return note;
     } catch (const std::exception& error) {
         throw core::StorageError(
             fmt::format("{} cannot be read: {}", folder.note().string(), error.what()));
     }
+}
+
+std::int64_t points_of(const archive::Texts& note) {
+    const std::string text = archive::text_named("points", note);
+    const double points = core::parse_decimal(text).value_or(-1.0);
+    if (!(points >= 0.0 && points <= static_cast<double>(most_points)))
+        throw core::StorageError(fmt::format("{} is not a number of points", text));
+    return static_cast<std::int64_t>(points);
 }
 
 farm::Pace read_pace(const StudyFolder& folder) {

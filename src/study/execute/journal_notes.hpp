@@ -4,7 +4,6 @@
 
 #include "archive/study/description.hpp"
 #include "farm/pace.hpp"
-#include "study/execute/plan.hpp"
 #include "study/execute/study_folder.hpp"
 
 #include <cstdint>
@@ -13,26 +12,16 @@
 
 namespace culm::study {
 
-struct StudyNote {
-    std::string name;
-    std::int64_t points = 0;
-    std::string config;      ///< text of the study file
-    std::string config_file; ///< its name
-    std::string start;       ///< of the latest run, UTC
-    int ranks = 1;           ///< of the latest run
-    /// Facts about the program that computes: name and text.
-    archive::Texts provenance;
-    StudyFiles files; ///< that the study names
-
-    bool operator==(const StudyNote&) const = default;
-};
-
-/// Replaces the folder's note atomically: readers find the old or the new one. StorageError.
-void write_note(const StudyFolder& folder, const StudyNote& note);
+/// Replaces the folder's note atomically: readers find the old or the new one. `note`: the texts of
+/// provenance_of(), and "points", "start" and "ranks" of the latest run. StorageError.
+void write_note(const StudyFolder& folder, const archive::Texts& note);
 
 /// Empty if there is no note (an archive without journals, or journals of an older culm).
 /// StorageError if the file cannot be read or is not a note.
-[[nodiscard]] std::optional<StudyNote> read_note(const StudyFolder& folder);
+[[nodiscard]] std::optional<archive::Texts> read_note(const StudyFolder& folder);
+
+/// The number of points that a note states. StorageError if no study can have it.
+[[nodiscard]] std::int64_t points_of(const archive::Texts& note);
 
 /// Cost unit: seconds on the reference machine (study::estimated_seconds). The pace is empty if the
 /// file is missing or not valid; times are then measured anew.
