@@ -66,7 +66,7 @@ def _add_ladder(section: Section, comparison: Comparison):
                        levels=[level(1.0, along="x")]), 150 + 42 * len(rungs))
     rows = [[name_of(rung), rung["rmse_mm"], rung["rmse_over_noise"], rung["reduced_chi2"],
              rung["log_evidence"], rung.get("log_evidence_gain"), contradictions(rung),
-             rung["verdict"]["finding_text"],
+             rung["verdict"]["finding"],
              {True: "improves", False: "no improvement"}.get(rung.get("gain"), "")] for rung in rungs]
     section.add_plots([plot], "The rms of the residuals over the noise for each model, the published "
                               "chain first. At the grey line at 1 the residuals are as large as the noise; "

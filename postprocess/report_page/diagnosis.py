@@ -55,7 +55,7 @@ def _add_ladder(section: Section, content: dict):
                   axis(type="category", range=[len(ladder) - 0.5, -0.7]),
                   legend=False, levels=[level(noise, VERMILLION, "dash", "x")] if noise else [])
     rows = [[" + ".join(rung["model"]), rung["rmse_mm"], rung["reduced_chi2"],
-             rung.get("log_evidence"), contradictions(rung), rung["finding_text"]]
+             rung.get("log_evidence"), contradictions(rung), rung["finding"]]
             for rung in ladder]
     section.add_plots([Plot("ladder", "", "Residual of every model on the way to the answer.",
                             [trace], look, 130 + 52 * len(ladder))],

@@ -4,40 +4,19 @@
 #include "cluster/shell_word.hpp"
 #include "farm/environment.hpp"
 
-#include <cstdlib>
-
 #include <fmt/core.h>
-#include <unistd.h>
 
 namespace culm::cli {
-namespace {
-
-/// The value of an environment variable; empty if it is not set.
-std::string_view environment_value(const char* name) {
-    const char* value = std::getenv(name);
-    return value == nullptr ? std::string_view() : std::string_view(value);
-}
-
-} // namespace
-
-present::TextStyle style_of(std::FILE* stream) {
-    const std::string_view terminal = environment_value("TERM");
-    // Launchers give each process its own terminal, even if the output is redirected.
-    return present::TextStyle(::isatty(::fileno(stream)) == 1 &&
-                              !farm::Environment::is_under_launcher() && !terminal.empty() &&
-                              terminal != "dumb" && environment_value("NO_COLOR").empty());
-}
-
 void print_error(std::string_view reason) {
-    fmt::print(stderr, "{} {}\n", style_of(stderr).failure("culm:"), reason);
+    fmt::print(stderr, "culm: {}\n", reason);
 }
 
 void print_note(std::string_view text) {
-    fmt::print(stderr, "culm: {} {}\n", style_of(stderr).warning("note:"), text);
+    fmt::print(stderr, "culm: note: {}\n", text);
 }
 
 void print_warning(std::string_view text) {
-    fmt::print(stderr, "culm: {} {}\n", style_of(stderr).warning("warning:"), text);
+    fmt::print(stderr, "culm: warning: {}\n", text);
 }
 
 void warn_of_copies(int ranks) {

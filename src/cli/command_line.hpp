@@ -5,7 +5,6 @@
 
 #include "core/error.hpp"
 #include "farm/communicator.hpp"
-#include "present/text_style.hpp"
 
 #include <cstdio>
 #include <functional>
@@ -15,15 +14,10 @@
 
 namespace culm::cli {
 
-/// Colours only if the stream is a terminal, no launcher started the process, TERM is set and not
-/// "dumb", and NO_COLOR is not set (https://no-color.org).
-[[nodiscard]] present::TextStyle style_of(std::FILE* stream);
-
-/// "culm: reason" on standard error, `culm:` red on a terminal.
+/// "culm: reason" on standard error.
 void print_error(std::string_view reason);
 
-/// "culm: note: text" and "culm: warning: text" on standard error, the second word yellow on a
-/// terminal.
+/// "culm: note: text" and "culm: warning: text" on standard error.
 void print_note(std::string_view text);
 void print_warning(std::string_view text);
 

@@ -116,9 +116,7 @@ int run(int argc, char** argv) {
         if (error.get_exit_code() == 0)
             return app.exit(error);
         const std::string text = complaint(app, error, argc, argv);
-        const std::size_t colon = text.find(':') + 1;
-        fmt::print(stderr, "{}{}", culm::cli::style_of(stderr).failure(text.substr(0, colon)),
-                   text.substr(colon));
+        fmt::print(stderr, "{}", text);
         return static_cast<int>(ExitCode::BadInput);
     } catch (const culm::core::NumericalError& error) {
         culm::cli::print_error(error.what());

@@ -13,25 +13,23 @@
 namespace culm::cli {
 namespace {
 
-std::string line_of(const farm::Progress& progress, const char* items,
-                    const present::TextStyle& style) {
+std::string line_of(const farm::Progress& progress, const char* items) {
     const double rate = progress.elapsed_s > 0.0
                             ? static_cast<double>(progress.points_done) / progress.elapsed_s
                             : 0.0;
     std::string line = fmt::format("{}/{} {}, {:.3g} {}/s", progress.points_done,
                                    progress.points_total, items, rate, items);
     if (progress.failed > 0)
-        line += ", " + style.failure(fmt::format("{} failed", progress.failed));
+        line += fmt::format(", {} failed", progress.failed);
     if (progress.points_done < progress.points_total && progress.estimated_remaining_s)
         line += fmt::format(", {} left", present::estimate_text(*progress.estimated_remaining_s));
     return line;
 }
 
-std::string bar_of(const farm::Progress& progress, const present::TextStyle& style) {
+std::string bar_of(const farm::Progress& progress) {
     constexpr std::int64_t width = 24; // characters
     const std::int64_t filled = width * progress.points_done / progress.points_total;
-    return fmt::format("[{}{:.<{}}] ", style.good(fmt::format("{:#<{}}", "", filled)), "",
-                       width - filled);
+    return fmt::format("[{:#<{}}{:.<{}}] ", "", filled, "", width - filled);
 }
 
 } // namespace
@@ -51,14 +49,14 @@ void RewrittenLine::rewrite(const std::string& line) {
 }
 
 ProgressDisplay::ProgressDisplay(bool is_quiet, const char* items)
-    : RewrittenLine(is_quiet), items_(items), style_(style_of(stderr)) {}
+    : RewrittenLine(is_quiet), items_(items) {}
 
 void ProgressDisplay::show(const farm::Progress& progress) {
     constexpr std::chrono::minutes log_interval{1};
     if (is_quiet_ || progress.points_total == 0)
         return;
     if (is_terminal_) {
-        rewrite(bar_of(progress, style_) + line_of(progress, items_, style_));
+        rewrite(bar_of(progress) + line_of(progress, items_));
         return;
     }
     const std::int64_t tenth = 10 * progress.points_done / progress.points_total;
@@ -67,7 +65,7 @@ void ProgressDisplay::show(const farm::Progress& progress) {
         return;
     last_tenth_ = tenth;
     last_line_ = now;
-    fmt::print(stderr, "{}\n", line_of(progress, items_, style_));
+    fmt::print(stderr, "{}\n", line_of(progress, items_));
 }
 
 std::string StepDisplay::elapsed() const {

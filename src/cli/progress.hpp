@@ -3,7 +3,6 @@
 #pragma once
 
 #include "farm/summary.hpp"
-#include "present/text_style.hpp"
 
 #include <chrono>
 #include <cstdint>
@@ -43,7 +42,6 @@ class ProgressDisplay : public RewrittenLine {
 
   private:
     const char* items_;
-    present::TextStyle style_;
     std::int64_t last_tenth_ = -1;
     std::chrono::steady_clock::time_point last_line_ = std::chrono::steady_clock::now();
 };

@@ -84,14 +84,10 @@ std::string_view to_string(Finding finding) {
 
 Verdict verdict_on(const fit::RecordingFit& fit, const residuals::Swing& swing,
                    const Policy& policy) {
-    residuals::LackOfFit lack = residuals::test_lack_of_fit(fit, swing);
     Verdict verdict;
-    verdict.tests = std::move(lack.tests);
+    static_cast<residuals::LackOfFit&>(verdict) = residuals::test_lack_of_fit(fit, swing);
     verdict.is_noise_known = fit.is_noise_known;
     verdict.reduced_chi_squared = fit.reduced_chi_squared;
-    verdict.effective_degrees_of_freedom = lack.effective_degrees_of_freedom;
-    verdict.spatial_share = lack.spatial_share;
-    verdict.spatial_pattern = std::move(lack.spatial_pattern);
     // The tests are computed in every case, because the report shows them.
     adjust(verdict, policy);
     if (std::string reason = what_is_too_little(fit, swing); !reason.empty()) {

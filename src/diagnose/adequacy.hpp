@@ -24,17 +24,13 @@ enum class Finding {
 /// "adequate", "inadequate", "undecided".
 [[nodiscard]] std::string_view to_string(Finding finding);
 
-struct Verdict {
+struct Verdict : residuals::LackOfFit {
     Finding finding = Finding::Undecided;
-    double p_value = 1.0; ///< the smallest adjusted one
-    std::vector<residuals::LackOfFitTest> tests;
+    double p_value = 1.0;                  ///< the smallest adjusted one
     std::vector<std::string> failed_tests; ///< at the level of the policy
     std::string reason;                    ///< which tests fail, or why there is no verdict
     bool is_noise_known = false;
     double reduced_chi_squared = 0.0;
-    double effective_degrees_of_freedom = 0.0;
-    double spatial_share = 0.0;          ///< of the residuals' power in one pattern over the rows
-    std::vector<double> spatial_pattern; ///< (rows), m, root mean square over the frames
 };
 
 /// The tests for lack of fit of one recording, combined by Holm's adjustment. The verdict is

@@ -149,8 +149,6 @@ Comparison compare(const fit::Fit& model, std::size_t part, const measure::Measu
     result.by_time = residuals_by_time(fit, parts);
     result.spectrum = residual_spectrum(fit);
     result.windows = residuals::swing_windows(result.swing);
-    result.by_amplitude =
-        residuals_by_amplitude(fit, residuals::envelope(result.swing, result.windows), parts);
     result.structure = residuals::residual_structure(fit, result.swing);
     residuals::RingDownsOfBoth ring_downs = residuals::ring_downs_of_both(fit, measurement);
     result.measured_ring_downs = std::move(ring_downs.measured);

@@ -27,8 +27,7 @@ struct Comparison {
     double noise = 0.0;        ///< m; the residuals' own where it is not known
     double over_noise = 0.0;   ///< root mean square of residual over noise
     std::vector<fit::ResidualGroup> by_height;
-    std::vector<fit::ResidualGroup> by_time;      ///< thirds
-    std::vector<fit::ResidualGroup> by_amplitude; ///< thirds, the largest first; empty if unknown
+    std::vector<fit::ResidualGroup> by_time; ///< thirds
     fit::ResidualSpectrum spectrum;
     residuals::Swing swing;
     std::vector<residuals::SwingWindow> windows;

@@ -47,22 +47,11 @@ std::string parameter_lines(const calibrate::Calibration& calibration) {
     return text;
 }
 
-/// The sentence in yellow, in lines after an indent.
-std::string warning_lines(const std::string& indent, const std::string& sentence,
-                          const TextStyle& style) {
-    const std::string lines = result_lines(indent, sentence);
-    return indent + style.warning(lines.substr(indent.size(), lines.size() - indent.size() - 1)) +
-           '\n';
-}
-
-std::string verdict_lines(const calibrate::Calibration& calibration, const TextStyle& style) {
-    const std::string verdict = adequacy_text(calibration.verdict);
+std::string verdict_lines(const calibrate::Calibration& calibration) {
     const std::string said = contradiction_sentence(
         calibration.fit.pulls, calibration.verdict.finding != diagnose::Finding::Inadequate);
-    return (calibration.verdict.finding == diagnose::Finding::Adequate
-                ? "  " + style.good(verdict) + '\n'
-                : warning_lines("  ", verdict, style)) +
-           (said.empty() ? said : warning_lines("  ", said, style));
+    return result_lines("  ", adequacy_text(calibration.verdict)) +
+           (said.empty() ? said : result_lines("  ", said));
 }
 
 std::string check_lines(const calibrate::Calibration& calibration) {
@@ -124,14 +113,13 @@ std::string stem_line_of(const calibrate::Calibration& calibration) {
 }
 
 std::string calibration_text(const calibrate::Calibration& calibration, const std::string& law,
-                             bool with_details, const TextStyle& style) {
+                             bool with_details) {
     const fit::RecordingFit& fit = calibration.part();
     const std::string far_off = far_off_sentence(fit::over_noise(fit));
-    std::string text =
-        fmt::format("{}: chain of {} spheres, law {}, fitted to {} readings (intervals 95 %)\n{}{}",
-                    calibration.id, fit.model.spec.stem.sphere_count, law, fit.readings,
-                    far_off.empty() ? far_off : warning_lines("  ", far_off, style),
-                    parameter_lines(calibration));
+    std::string text = fmt::format(
+        "{}: chain of {} spheres, law {}, fitted to {} readings (intervals 95 %)\n{}{}",
+        calibration.id, fit.model.spec.stem.sphere_count, law, fit.readings,
+        far_off.empty() ? far_off : result_lines("  ", far_off), parameter_lines(calibration));
     text += result_lines("  ", "stem: " + stem_line_of(calibration));
     text += fmt::format("  first mode: b2 {} Hz, b1 per cycle {}, damping ratio {:.5f}\n",
                         plus_minus(calibration.frequency), plus_minus(calibration.decay_per_cycle),
@@ -142,7 +130,7 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
                                            unit.text(fit::typical_noise(fit)), fit.noise_source));
     text += fmt::format("  reduced chi2 {:.3f} with the inputs free within their uncertainties\n",
                         calibration.fit.reduced_chi_squared);
-    text += verdict_lines(calibration, style) + check_lines(calibration);
+    text += verdict_lines(calibration) + check_lines(calibration);
     return text + (with_details
                        ? budget_text(calibration.budget, calibration.fit.parameters)
                        : largest_shares_text(calibration.budget, calibration.fit.parameters));
@@ -155,8 +143,7 @@ std::string calibration_table_head(bool is_checked) {
                        "failed tests");
 }
 
-std::string calibration_table_line(const calibrate::Calibration& calibration, bool is_checked,
-                                   const TextStyle& style) {
+std::string calibration_table_line(const calibrate::Calibration& calibration, bool is_checked) {
     std::string check;
     if (is_checked)
         check = calibration.check
@@ -171,12 +158,11 @@ std::string calibration_table_line(const calibrate::Calibration& calibration, bo
                        calibration.fit.reduced_chi_squared, check,
                        calibration.verdict.finding == diagnose::Finding::Adequate
                            ? std::string("-")
-                           : style.warning(short_reason(calibration.verdict)));
+                           : short_reason(calibration.verdict));
 }
 
 std::string study_calibration_text(const calibrate::StudyCalibration& found,
-                                   const std::string& study, const std::string& law,
-                                   const TextStyle& style) {
+                                   const std::string& study, const std::string& law) {
     std::string text =
         fmt::format("  by the study {}, law {}, window {:.4g} s\n    h = {:.4g} mm      b1 per "
                     "cycle {}, b2 {} Hz\n    Eqs. 12-13    {}\n    F-test terms  {}\n",
@@ -185,7 +171,7 @@ std::string study_calibration_text(const calibrate::StudyCalibration& found,
                     law_text(found.prediction, &reduce::ParameterPrediction::by_single_law),
                     law_text(found.prediction, &reduce::ParameterPrediction::by_reduced_model));
     for (const std::string& warning : found.warnings)
-        text += warning_lines("    ", "WARNING: " + warning, style);
+        text += result_lines("    ", "WARNING: " + warning);
     return text;
 }
 

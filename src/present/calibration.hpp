@@ -7,7 +7,6 @@
 #include "diagnose/answers.hpp"
 #include "present/parameters.hpp"
 #include "present/provenance.hpp"
-#include "present/text_style.hpp"
 
 #include <cstddef>
 #include <optional>
@@ -42,8 +41,7 @@ struct CalibratedStem {
 /// One stem as text; `law` is the name of its bonds' damping; `with_details`: with the uncertainty
 /// budget, else with its largest shares.
 [[nodiscard]] std::string calibration_text(const calibrate::Calibration& calibration,
-                                           const std::string& law, bool with_details,
-                                           const TextStyle& style);
+                                           const std::string& law, bool with_details);
 
 /// A table: every input with its standard uncertainty, its pull, and its contributions to the
 /// uncertainties of Y, β and the effects' parameters; below it a sentence on the defaults used.
@@ -61,12 +59,11 @@ struct CalibratedStem {
 /// A table of stems: its head, and one line a stem. `is_checked`: with the errors of the check.
 [[nodiscard]] std::string calibration_table_head(bool is_checked);
 [[nodiscard]] std::string calibration_table_line(const calibrate::Calibration& calibration,
-                                                 bool is_checked, const TextStyle& style);
+                                                 bool is_checked);
 
 /// Y and β by a study's regressions.
 [[nodiscard]] std::string study_calibration_text(const calibrate::StudyCalibration& found,
-                                                 const std::string& study, const std::string& law,
-                                                 const TextStyle& style);
+                                                 const std::string& study, const std::string& law);
 
 /// A stem's contribution to the population, which is sent between ranks.
 struct StemNumbers {

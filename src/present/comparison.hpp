@@ -5,7 +5,6 @@
 #include "core/describe.hpp"
 #include "diagnose/ladder.hpp"
 #include "present/provenance.hpp"
-#include "present/text_style.hpp"
 
 #include <cstddef>
 #include <optional>
@@ -50,7 +49,6 @@ struct ComparisonDocument {
 /// it; `with_details`: the parameters of every model. `law` is that of the bonds' damping.
 [[nodiscard]] std::string comparison_text(const diagnose::Ladder& ladder,
                                           const measure::Measurement& measurement,
-                                          const std::string& law, bool with_details,
-                                          const TextStyle& style);
+                                          const std::string& law, bool with_details);
 
 } // namespace culm::present

@@ -16,7 +16,6 @@ using diagnose::LadderModel;
 template <class To>
 void describe_verdict(To& to, const diagnose::Verdict& verdict) {
     to("finding", [&] { return diagnose::to_string(verdict.finding); });
-    to("finding_text", [&] { return finding_text(verdict.finding); });
     to("adequate", [&] { return verdict.finding == diagnose::Finding::Adequate; });
     to("p_value", verdict.p_value);
     to("reason", verdict.reason);

@@ -41,7 +41,7 @@ std::string whether_it_fits(const Comparison& comparison) {
                           unit.text(comparison.noise), comparison.over_noise);
     if (verdict.finding == Finding::Undecided)
         return fmt::format("Undecided: {}.", verdict.reason);
-    return fmt::format("The model is {}: {} ({}).", finding_text(verdict.finding), sizes,
+    return fmt::format("The model is {}: {} ({}).", diagnose::to_string(verdict.finding), sizes,
                        verdict.p_value < 1e-12 ? "p < 1e-12"
                                                : fmt::format("p = {:.2g}", verdict.p_value));
 }
@@ -251,12 +251,11 @@ std::string ladder_name(const diagnose::LadderModel& model, std::size_t width) {
                                 : fmt::format("{}\n{:<{}}", name, "", width);
 }
 
-std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size_t width,
-                        const TextStyle& style) {
+std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size_t width) {
     const diagnose::LadderModel& model = ladder.models[k];
     const std::string name = ladder_name(model, width);
     if (model.fit.failed())
-        return fmt::format("{} {}: {}\n", name, style.failure("failed"), model.fit.reason);
+        return fmt::format("{} failed: {}\n", name, model.fit.reason);
     const diagnose::Comparison& comparison = comparison_of(ladder, k);
     const diagnose::Verdict& verdict = comparison.verdict;
     const bool is_noise_known = model.fit.is_noise_known_everywhere();
@@ -265,10 +264,10 @@ std::string ladder_line(const diagnose::Ladder& ladder, std::size_t k, std::size
                        is_noise_known ? number_cell(comparison.over_noise, 2) : "-",
                        number_cell(verdict.reduced_chi_squared, 3),
                        k == 0 ? std::string() : fmt::format("{:+.0f}", model.log_evidence),
-                       finding_text(verdict.finding, style));
+                       diagnose::to_string(verdict.finding));
 }
 
-std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style) {
+std::string ladder_lines(const diagnose::Ladder& ladder) {
     constexpr std::size_t width = 22;
     const auto first = std::ranges::find_if(
         ladder.models, [](const auto& model) { return model.comparison.has_value(); });
@@ -278,7 +277,7 @@ std::string ladder_lines(const diagnose::Ladder& ladder, const TextStyle& style)
                                    fmt::format("rms {}", unit), "/noise", "red. chi2*",
                                    "log evidence*", "verdict*");
     for (std::size_t k = 0; k < ladder.models.size(); ++k)
-        text += ladder_line(ladder, k, width, style);
+        text += ladder_line(ladder, k, width);
     return text + "* with the inputs free within their uncertainties; all else with every input as "
                   "stated\n± is half of the 95 % interval\n\n";
 }
@@ -367,9 +366,9 @@ std::vector<std::string> comparison_sentences(const Comparison& comparison) {
 }
 
 std::string comparison_text(const diagnose::Ladder& ladder, const measure::Measurement& measurement,
-                            const std::string& law, bool with_details, const TextStyle& style) {
+                            const std::string& law, bool with_details) {
     const diagnose::LadderModel* last = last_fitted(ladder);
-    std::string text = comparison_header(ladder, measurement, law) + ladder_lines(ladder, style);
+    std::string text = comparison_header(ladder, measurement, law) + ladder_lines(ladder);
     for (std::size_t k = 0; k < ladder.models.size(); ++k) {
         const diagnose::LadderModel& model = ladder.models[k];
         const bool is_shown = with_details || &model == last;

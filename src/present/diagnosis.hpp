@@ -6,7 +6,6 @@
 #include "diagnose/diagnosis.hpp"
 #include "measure/folder/measurement.hpp"
 #include "present/provenance.hpp"
-#include "present/text_style.hpp"
 
 #include <cstddef>
 #include <optional>
@@ -65,7 +64,6 @@ effect_names(const std::vector<diagnose::OwnedEffect>& effects, bool is_one_stem
 
 /// The verdict as text and the most informative experiment; without a named effect also the
 /// detection limits. `with_details`: all tables. For several stems laboratory_text().
-[[nodiscard]] std::string diagnosis_text(const DiagnosisReport& report, bool with_details,
-                                         const TextStyle& style);
+[[nodiscard]] std::string diagnosis_text(const DiagnosisReport& report, bool with_details);
 
 } // namespace culm::present

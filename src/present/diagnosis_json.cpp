@@ -97,7 +97,6 @@ void describe_models(To& to, const diagnose::Diagnosis& found) {
         to("reduced_chi2", model.fit.reduced_chi_squared);
         to("contradicted_inputs", [&] { return contradictions_of(model.fit.pulls); });
         to("finding", [&] { return diagnose::to_string(model.verdict.finding); });
-        to("finding_text", [&] { return finding_text(model.verdict.finding); });
         to("p_value", model.verdict.p_value);
         to("tests", model.verdict.reason);
         to("parameters", [&] { return shown_parameters(model.fit.parameters); });

@@ -164,7 +164,7 @@ std::string effect_lines(const DiagnosisReport& report) {
 }
 
 std::string model_lines(const std::vector<diagnose::SearchedModel>& ladder,
-                        const measure::ReadingUnit& unit, const TextStyle& style) {
+                        const measure::ReadingUnit& unit) {
     std::size_t width = 17;
     for (const diagnose::SearchedModel& model : ladder)
         width = std::max(width, model_name(model.fit.names()).size());
@@ -177,7 +177,7 @@ std::string model_lines(const std::vector<diagnose::SearchedModel>& ladder,
             number_cell(unit.factor * model.fit.rmse, 4), number_cell(over_noise(model.fit), 2),
             number_cell(model.fit.reduced_chi_squared, 3),
             &model == &ladder.front() ? std::string() : fmt::format("{:+.0f}", model.log_evidence),
-            finding_text(model.verdict.finding, style));
+            diagnose::to_string(model.verdict.finding));
     return text + "* with the inputs free within their uncertainties; all else with every input as "
                   "stated\n";
 }
@@ -300,18 +300,17 @@ std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report) {
     return sentences;
 }
 
-std::string diagnosis_text(const DiagnosisReport& report, bool with_details,
-                           const TextStyle& style) {
+std::string diagnosis_text(const DiagnosisReport& report, bool with_details) {
     const diagnose::Diagnosis& found = *report.found;
     if (found.stems.size() > 1)
-        return laboratory_text(found, with_details, style);
-    std::string text = diagnosis_header(report) + style.headline(diagnosis_headline(found)) + '\n' +
-                       effect_lines(report);
+        return laboratory_text(found, with_details);
+    std::string text =
+        diagnosis_header(report) + diagnosis_headline(found) + '\n' + effect_lines(report);
     for (const std::string& sentence : explanations(report))
         text += result_lines("  ", sentence);
     text += '\n';
     if (with_details)
-        text += model_lines(found.ladder, report.unit(), style);
+        text += model_lines(found.ladder, report.unit());
     // Without an effect the question is which effects could be there unseen.
     if (with_details || found.effects.empty())
         text += detection_lines(found.detection_limits);

@@ -249,10 +249,8 @@ json laboratory_schema() {
     return core::schema_of<LaboratoryFile>();
 }
 
-std::string laboratory_text(const Laboratory& laboratory, bool with_details,
-                            const TextStyle& style) {
-    std::string text =
-        header(laboratory) + style.headline(result_lines("", diagnosis_headline(laboratory)));
+std::string laboratory_text(const Laboratory& laboratory, bool with_details) {
+    std::string text = header(laboratory) + result_lines("", diagnosis_headline(laboratory));
     for (const std::string& sentence : explanation_sentences(laboratory))
         text += result_lines("  ", sentence);
     for (const diagnose::EffectAnswer& each : laboratory.answers)

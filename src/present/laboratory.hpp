@@ -4,7 +4,6 @@
 
 #include "diagnose/diagnosis.hpp"
 #include "present/diagnosis.hpp"
-#include "present/text_style.hpp"
 
 #include <span>
 #include <string>
@@ -44,7 +43,6 @@ void describe_rig_effects(To& to, const char* key,
 
 /// The verdict, the effects, Y and β over the stems, and the remarkable stems. `with_details`: also
 /// the table of all stems and of the fitted models.
-[[nodiscard]] std::string laboratory_text(const diagnose::Diagnosis& laboratory, bool with_details,
-                                          const TextStyle& style);
+[[nodiscard]] std::string laboratory_text(const diagnose::Diagnosis& laboratory, bool with_details);
 
 } // namespace culm::present

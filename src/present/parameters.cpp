@@ -116,17 +116,4 @@ std::vector<Contradiction> contradictions_of(std::span<const fit::Pull> pulls) {
     return found;
 }
 
-std::string_view finding_text(diagnose::Finding finding) {
-    return finding == diagnose::Finding::Adequate     ? "adequate"
-           : finding == diagnose::Finding::Inadequate ? "inadequate"
-                                                      : "undecided";
-}
-
-std::string finding_text(diagnose::Finding finding, const TextStyle& style) {
-    const std::string_view text = finding_text(finding);
-    return finding == diagnose::Finding::Adequate     ? style.good(text)
-           : finding == diagnose::Finding::Inadequate ? style.warning(text)
-                                                      : std::string(text);
-}
-
 } // namespace culm::present

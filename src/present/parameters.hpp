@@ -5,7 +5,6 @@
 #include "core/describe.hpp"
 #include "diagnose/adequacy.hpp"
 #include "fit/fit.hpp"
-#include "present/text_style.hpp"
 #include "reduce/distributions.hpp"
 
 #include <map>
@@ -81,10 +80,5 @@ void describe(To& to, const Contradiction& input) {
 
 /// "baseline + quadratic_drag".
 [[nodiscard]] std::string model_name(const std::vector<std::string>& names);
-
-/// The verdict on a model in a table.
-[[nodiscard]] std::string_view finding_text(diagnose::Finding finding);
-/// The same in its colour.
-[[nodiscard]] std::string finding_text(diagnose::Finding finding, const TextStyle& style);
 
 } // namespace culm::present

@@ -131,15 +131,14 @@ std::string p_text(double p) {
     return p < 1e-4 ? std::string("< 0.0001") : fmt::format("{:.4f}", p);
 }
 
-std::string stem_heights(const reduce::StemRingDowns& stem, const TextStyle& style) {
+std::string stem_heights(const reduce::StemRingDowns& stem) {
     std::string text = fmt::format("{}: Eq. 1 at each height (intervals 95 %)\n{:>8} {:>9} {:>20} "
                                    "{:>20} {:>22} {:>9}  {}\n",
                                    stem.id, "h mm", "b0 " + stem.unit.name, "b1 per cycle",
                                    "b1 1/s", "b2 Hz", "rms " + stem.unit.name, "adequate");
     for (const reduce::HeightRingDown& height : stem.heights) {
         if (!height.fit) {
-            text += fmt::format("{:8.1f} {}: {}\n", 1e3 * height.height, style.failure("no fit"),
-                                height.failure);
+            text += fmt::format("{:8.1f} {}: {}\n", 1e3 * height.height, "no fit", height.failure);
             continue;
         }
         const reduce::RingDownFit& fit = *height.fit;
@@ -147,8 +146,8 @@ std::string stem_heights(const reduce::StemRingDowns& stem, const TextStyle& sty
                             1e3 * height.height, stem.unit.factor * fit.amplitude.value,
                             plus_minus(fit.decay_per_cycle), plus_minus(fit.decay_rate),
                             plus_minus(fit.frequency), stem.unit.factor * fit.rms_residual,
-                            fit.adequacy.is_adequate ? style.good("yes")
-                                                     : style.warning("no: ") + fit.adequacy.reason);
+                            fit.adequacy.is_adequate ? std::string("yes")
+                                                     : "no: " + fit.adequacy.reason);
     }
     if (stem.frequency)
         text += fmt::format("{:>8} {:>9} {:>20} {:>20} {:>22}\n", "mean", "",
@@ -239,10 +238,10 @@ json fit_schema() {
     return core::schema_of<FitFile>();
 }
 
-std::string fit_table(const FitReport& report, const TextStyle& style) {
+std::string fit_table(const FitReport& report) {
     std::string text;
     if (report.stems.size() == 1)
-        text = stem_heights(report.stems.front(), style);
+        text = stem_heights(report.stems.front());
     else if (report.stems.size() <= most_stems)
         text = stem_lines(report);
     if (report.population)

@@ -2,7 +2,6 @@
 // The results of culm fit: Eq. 1 at every height of measured stems (docs/fit-format.md).
 #pragma once
 
-#include "present/text_style.hpp"
 #include "reduce/ring_down/stem_ring_downs.hpp"
 
 #include <optional>
@@ -28,7 +27,7 @@ struct FitReport {
 [[nodiscard]] nlohmann::json fit_schema();
 
 /// A summary for one screen: the heights of one stem, or one line per stem and the population.
-[[nodiscard]] std::string fit_table(const FitReport& report, const TextStyle& style);
+[[nodiscard]] std::string fit_table(const FitReport& report);
 
 /// CSV: one line per stem and height.
 [[nodiscard]] std::string fit_csv(const FitReport& report);

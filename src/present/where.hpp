@@ -73,16 +73,10 @@ template <class To>
 void describe_where(To& to, const diagnose::Comparison& comparison, const fit::RecordingFit& fit) {
     describe_groups(to, "by_height", comparison.by_height, "height_mm", nullptr);
     describe_groups(to, "by_time", comparison.by_time, "begin_s", "end_s");
-    describe_groups(to, "by_amplitude", comparison.by_amplitude, "smallest_mm", "largest_mm");
     to("spectrum", comparison.spectrum);
     to("against_amplitude", comparison.windows);
     to.object("banding", [&] { describe_banding(to, comparison); });
     to("structure", comparison.structure);
-    to.object("pattern_over_heights", [&] {
-        to("share", comparison.verdict.spatial_share);
-        to.as_it_is("rms_mm",
-                    [&] { return rounded_millimetres(comparison.verdict.spatial_pattern); });
-    });
     to.object("residual_map", [&] { describe_residual_map(to, fit); });
 }
 

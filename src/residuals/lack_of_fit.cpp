@@ -156,14 +156,7 @@ LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing) {
             rows.back());
     }
     add("correlation of all rows", combined_p_value(rows));
-    const fit::SpatialPattern pattern = fit::spatial_pattern(whitened);
-    add("pattern over the heights", pattern.p_value);
-    result.spatial_share = pattern.share;
-    const double size = std::sqrt(pattern.share * whitened.squaredNorm() /
-                                  static_cast<double>(std::max<Eigen::Index>(whitened.rows(), 1)));
-    for (std::size_t j = 0; j < fit.noise.size(); ++j)
-        result.spatial_pattern.push_back(size * pattern.shape(static_cast<Eigen::Index>(j)) *
-                                         fit.noise[j]);
+    add("pattern over the heights", fit::spatial_pattern(whitened).p_value);
     return result;
 }
 

@@ -26,8 +26,6 @@ void describe(To& to, const LackOfFitTest& test) {
 struct LackOfFit {
     std::vector<LackOfFitTest> tests; ///< not adjusted yet
     double effective_degrees_of_freedom = 0.0;
-    double spatial_share = 0.0;          ///< of the residuals' power in one pattern over the rows
-    std::vector<double> spatial_pattern; ///< (rows), m, root mean square over the frames
 };
 
 /// * "size": χ² against the noise, if that is known, with the effective degrees of freedom of the

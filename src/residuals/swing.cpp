@@ -146,23 +146,6 @@ std::vector<SwingWindow> swing_windows(const Swing& swing) {
     return windows;
 }
 
-std::vector<double> envelope(const Swing& swing, const std::vector<SwingWindow>& windows) {
-    std::vector<double> amplitudes(swing.times.size(), std::numeric_limits<double>::quiet_NaN());
-    for (const SwingWindow& window : windows) {
-        if (!window.measured)
-            continue;
-        const double middle = 0.5 * (window.begin + window.end);
-        // Converts from per cycle to per second: b1 f.
-        const double rate =
-            window.measured->decay_per_cycle.value * window.measured->frequency.value;
-        for (std::size_t i = 0; i < swing.times.size(); ++i)
-            if (swing.times[i] >= window.begin && swing.times[i] <= window.end)
-                amplitudes[i] =
-                    window.measured->amplitude * std::exp(rate * (swing.times[i] - middle));
-    }
-    return amplitudes;
-}
-
 reduce::StemHistories histories_of(const measure::Measurement& measurement) {
     reduce::StemHistories stem;
     stem.id = measurement.stem.id;

@@ -69,11 +69,6 @@ void describe(To& to, const SwingWindow& window) {
 /// times the noise are omitted.
 [[nodiscard]] std::vector<SwingWindow> swing_windows(const Swing& swing);
 
-/// Amplitude of the measured swing in every frame, from the windows, m; NaN before the first and
-/// after the last of them.
-[[nodiscard]] std::vector<double> envelope(const Swing& swing,
-                                           const std::vector<SwingWindow>& windows);
-
 /// The readings at every height, with their noise where it is known.
 [[nodiscard]] reduce::StemHistories histories_of(const measure::Measurement& measurement);
 

@@ -52,7 +52,7 @@ class Compare(CulmTest):
         self.assertEqual(found["best"], 1)
         self.assertTrue(found["headline"].endswith("; with quadratic_drag it is adequate."))
         self.assertIn(after["step"].split(". Y changes")[0], finished.stdout)
-        self.assertEqual(after["verdict"]["finding_text"], "adequate")
+        self.assertEqual(after["verdict"]["finding"], "adequate")
         self.assertGreater(before["rmse_over_noise"], 3.0)
         self.assertLess(after["rmse_over_noise"], 1.10)
         drag = after["parameters"]["quadratic_drag.drag_coefficient"]

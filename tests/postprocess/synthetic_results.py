@@ -38,7 +38,7 @@ def rows(values):
 
 def parameters(extra=None):
     table = {**PARAMETERS, **(extra or {})}
-    return {name: {**estimate(*pair), "at_bound": False} for name, pair in table.items()}
+    return {name: {**estimate(*pair), "unit": "", "at_bound": False} for name, pair in table.items()}
 
 
 def group(**place):
@@ -61,7 +61,6 @@ def where(predicted, decay):
     return {
         "by_height": [group(height_mm=height) for height in HEIGHTS_MM],
         "by_time": [group(begin_s=0.1 * k, end_s=0.1 * (k + 1)) for k in range(3)],
-        "by_amplitude": [group(smallest_mm=1.0, largest_mm=5.0)],
         "spectrum": {"frequency_hz": [0.0, 20.0, 40.0, 60.0],
                      "power_over_noise": [1.0, None, 3.0, 40.0], "mode_frequencies_hz": [60.0],
                      "bands": []},
@@ -76,7 +75,6 @@ def where(predicted, decay):
                     "measured": None, "modelled": None},
         "structure": {"thirds": [third] * 3, "shares": {
             "amplitude": 1.0, "phase": 0.0, "rest": 0.0, "other_motion": 0.0, "other_shape": 0.0}},
-        "pattern_over_heights": {"share": 0.5, "rms_mm": [0.1, 0.1, 0.1]},
         "residual_map": {"time_s": TIME.tolist(), "height_mm": list(HEIGHTS_MM),
                          "residual_mm": rows(MEASURED - predicted)},
     }
@@ -91,7 +89,7 @@ def comparison_rung(names, finding, predicted, decay):
         "contradicted_inputs": [{"name": "clamp height", "pull": 44.2}] if ratio > 1.0 else [],
         "degrees_of_freedom": 170, "effective_degrees_of_freedom": 120.5,
         "parameters": parameters(), "log_evidence": 2000.0 * (ratio == 1.0), "sentences": [sentence, "And so on."],
-        "verdict": {"finding": finding, "finding_text": f"finding: {finding}",
+        "verdict": {"finding": finding,
                     "adequate": finding == "adequate", "p_value": 0.5,
                     "reason": "", "tests": [{"name": "size", "p_value": 0.5,
                                              "adjusted_p_value": 1.0}]},
@@ -148,11 +146,11 @@ def write_comparison(folder, name="T2", with_motion=True):
 
 
 def diagnosis(name="T2", verdict="effect"):
-    united = {key: {**value, "unit": ""} for key, value in parameters().items()}
     rung = {"model": ["baseline"], "rmse_mm": 0.2, "reduced_chi2": 25.0, "finding": "inadequate",
-            "contradicted_inputs": [{"name": "scale", "pull": -3.1}], "finding_text": "finding: inadequate", "p_value": 0.0, "tests": "size", "parameters": united}
+            "contradicted_inputs": [{"name": "scale", "pull": -3.1}], "p_value": 0.0,
+            "tests": "size", "parameters": parameters()}
     better = {**rung, "model": ["baseline", "quadratic_drag"], "rmse_mm": NOISE_MM,
-              "contradicted_inputs": [], "finding": "adequate", "finding_text": "finding: adequate", "log_evidence": 2000.0}
+              "contradicted_inputs": [], "finding": "adequate", "log_evidence": 2000.0}
     named = verdict in ("effect", "tie")
     families = ([{"family": "air", "members": ["quadratic_drag"], "by_family": True}]
                 if verdict == "effect" else [])
@@ -176,7 +174,7 @@ def diagnosis(name="T2", verdict="effect"):
                         "heights": len(HEIGHTS_MM), "noise_mm": NOISE_MM,
                         "noise_source": "stated", "noise_known": True}],
         "baseline": {"rmse_mm": 0.2, "reduced_chi2": 25.0, "adequate": verdict == "adequate",
-                     "parameters": united},
+                     "parameters": parameters()},
         "verdict": verdict, "reason": "with it the residuals are noise",
         "sentences": [f"{verdict.upper()}: the verdict.", "Why: with it the residuals are noise."],
         "probability": 0.97, "unexplained_mm": 0.01, "unexplained_share_of_swing": 0.002,
@@ -187,7 +185,7 @@ def diagnosis(name="T2", verdict="effect"):
         "explanations": explanations,
         "immaterial": [{"effect": "rolling_shutter", "over_noise": 0.06}],
         "largest_unvisited": {"effects": ["taper"], "log_evidence": -5.5},
-        "effects": ["quadratic_drag"] if named else [], "explained": 0.99, "parameters": united,
+        "effects": ["quadratic_drag"] if named else [], "explained": 0.99, "parameters": parameters(),
         "families": families,
         "ladder": [rung, better] if named else [rung],
         "blind_spots": [spot, {"effect": "gravity", "failure": "no"},

@@ -34,7 +34,7 @@ struct Example {
     }
     [[nodiscard]] std::string text() const {
         return present::diagnosis_text({found, recordings, options.candidates, {"consistent"}},
-                                       false, present::TextStyle(false));
+                                       false);
     }
 };
 

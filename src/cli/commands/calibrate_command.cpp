@@ -111,20 +111,18 @@ struct StemAnswer {
 };
 
 /// A stem that could not be calibrated: its failure and its texts in the answer.
-void refuse(std::string reason, const present::TextStyle& style, present::CalibratedStem& stem,
-            StemAnswer& answer) {
+void refuse(std::string reason, present::CalibratedStem& stem, StemAnswer& answer) {
     const std::string& id = stem.id;
     if (reason.starts_with(id + ": "))
         reason.erase(0, id.size() + 2);
-    answer.text = fmt::format("{}: {}: {}\n", id, style.failure("FAILED"), reason);
-    answer.line = fmt::format("{:<14} {}: {}\n", id, style.failure("failed"), reason);
+    answer.text = fmt::format("{}: FAILED: {}\n", id, reason);
+    answer.line = fmt::format("{:<14} failed: {}\n", id, reason);
     stem.failure = reason;
 }
 
 void calibrate_chain(const CalibrationPlan& plan, std::size_t index,
                      const CalibrateArguments& arguments, const run::Heartbeat& heartbeat,
                      present::CalibratedStem& stem, StemAnswer& answer) {
-    const present::TextStyle style = style_of(stdout);
     const measure::Measurement& measurement = plan.read.measurements[index];
     const std::string& law = arguments.law;
     try {
@@ -133,8 +131,8 @@ void calibrate_chain(const CalibrationPlan& plan, std::size_t index,
         options.fit.heartbeat = heartbeat;
         calibrate::Calibration found = calibrate::calibrate_stem(measurement, options);
         calibrate::add_shared_uncertainty(plan.shared, measurement, found);
-        answer.text = present::calibration_text(found, law, arguments.with_details, style);
-        answer.line = present::calibration_table_line(found, arguments.with_check, style);
+        answer.text = present::calibration_text(found, law, arguments.with_details);
+        answer.line = present::calibration_table_line(found, arguments.with_check);
         answer.numbers = present::numbers_of(found);
         if (!arguments.output.empty())
             core::write_text(fs::path(arguments.output) / "predictions" /
@@ -142,9 +140,9 @@ void calibrate_chain(const CalibrationPlan& plan, std::size_t index,
                              present::deflections_csv(measurement, {{"predicted", &found.part()}}));
         stem.calibration = std::move(found);
     } catch (const core::InputError& error) {
-        refuse(error.what(), style, stem, answer);
+        refuse(error.what(), stem, answer);
     } catch (const core::NumericalError& error) {
-        refuse(error.what(), style, stem, answer);
+        refuse(error.what(), stem, answer);
     }
 }
 
@@ -162,8 +160,7 @@ void calibrate_by_study(const CalibrationPlan& plan, std::size_t index,
                 fmt::format("the study has the law {}, the chain above {}: the two beta differ. "
                             "--law {} calibrates the chain with the law of the study",
                             law, arguments.law, law));
-        answer.by_study =
-            present::study_calibration_text(found, arguments.via, law, style_of(stdout));
+        answer.by_study = present::study_calibration_text(found, arguments.via, law);
         stem.by_study = std::move(found);
     } catch (const core::NumericalError& error) {
         answer.by_study = fmt::format("  by the study: not possible: {}\n", error.what());
@@ -200,7 +197,7 @@ std::vector<StemAnswer> all_answers(const CalibrationPlan& plan,
         StemAnswer answer = std::move(outcomes[i].value).value_or(StemAnswer());
         if (!outcomes[i].value) {
             present::CalibratedStem stem = stem_of(plan, i, arguments);
-            refuse(outcomes[i].failure, style_of(stdout), stem, answer);
+            refuse(outcomes[i].failure, stem, answer);
             answer.document = present::stem_document(stem);
         }
         answers.push_back(std::move(answer));

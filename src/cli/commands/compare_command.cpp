@@ -6,8 +6,8 @@
 #include "core/user_files.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/comparison.hpp"
-#include "present/files.hpp"
 #include "present/deflection_table.hpp"
+#include "present/files.hpp"
 #include "study/config/study_effects.hpp"
 
 #include <algorithm>
@@ -107,10 +107,10 @@ core::ExitCode compare_one(const CompareArguments& arguments, const fs::path& fo
         core::write_text(output / "deflections.csv", deflections_csv(measurement, ladder));
     }
     if (arguments.prints_text())
-        fmt::print("{}{}",
-                   present::comparison_text(ladder, measurement, arguments.law,
-                                            arguments.with_details, style_of(stdout)),
-                   next_step(arguments, next_command(arguments, folder, ladder)));
+        fmt::print(
+            "{}{}",
+            present::comparison_text(ladder, measurement, arguments.law, arguments.with_details),
+            next_step(arguments, next_command(arguments, folder, ladder)));
     return std::ranges::any_of(ladder.models, [](const auto& model) { return model.fit.failed(); })
                ? core::ExitCode::PointsFailed
                : core::ExitCode::Done;
@@ -137,8 +137,7 @@ void add_compare_command(CLI::App& app, core::ExitCode& exit_code, int& argc, ch
                    "added effects improve it");
     auto arguments = std::make_shared<CompareArguments>();
     add_recording_options(*command, *arguments, "A measurement folder",
-                          "Folder for comparison.json and deflections.csv",
-                          "Compare");
+                          "Folder for comparison.json and deflections.csv", "Compare");
     add_option(*command, "--with", arguments->with, "EFFECT,...",
                "Add these effects (`culm effects`) to the published chain: "
                "quadratic_drag,relaxation(hold_time_s=3); parameters without a value are fitted")

@@ -263,8 +263,7 @@ core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& p
             core::write_text(folder / force_file_name, found.missing_force->as_effect_file);
     }
     if (arguments.prints_text())
-        fmt::print("{}{}",
-                   present::diagnosis_text(report, arguments.with_details, style_of(stdout)),
+        fmt::print("{}{}", present::diagnosis_text(report, arguments.with_details),
                    is_one ? next_step(arguments, next_command(arguments, plan, found)) : "");
     const auto has_failed = [](const auto& each) { return !each.failure.empty(); };
     const bool any_failed = is_one ? std::ranges::any_of(found.posterior.models, has_failed)

@@ -87,7 +87,7 @@ void fit(const FitArguments& arguments, core::ExitCode& exit_code) {
     if (!arguments.output.empty())
         write_folder(arguments, report, measurements);
     if (arguments.prints_text())
-        fmt::print("{}{}", present::fit_table(report, style_of(stdout)),
+        fmt::print("{}{}", present::fit_table(report),
                    next_step(arguments, "culm calibrate" + as_words(arguments.paths)));
     if (std::ranges::any_of(report.stems, [](const auto& stem) { return !stem.frequency; }))
         exit_code = core::ExitCode::PointsFailed;

@@ -122,12 +122,10 @@ core::ExitCode hand_out(const study::StudyFolder& folder, const Summary& summary
                         const std::string& table) {
     present::write_summary(folder, summary);
     const auto failed = static_cast<std::int64_t>(summary.failed.size());
-    const present::TextStyle style = style_of(stdout);
-    const std::string completed =
-        fmt::format("{} of {} points completed", summary.points - failed, summary.points);
-    fmt::print("stem: {} (point 0)\n{}\n{}, computed in {:.2f} s on {}\narchive {}\nsummary {}\n",
-               summary.stem, table, failed == 0 ? style.good(completed) : style.failure(completed),
-               summary.wall_s, present::counted(summary.ranks, "rank"), folder.archive().string(),
+    fmt::print("stem: {} (point 0)\n{}\n{} of {} points completed, computed in {:.2f} s on "
+               "{}\narchive {}\nsummary {}\n",
+               summary.stem, table, summary.points - failed, summary.points, summary.wall_s,
+               present::counted(summary.ranks, "rank"), folder.archive().string(),
                folder.summary().string());
     return failed == 0 ? core::ExitCode::Done : core::ExitCode::PointsFailed;
 }

@@ -104,26 +104,6 @@ std::vector<ResidualGroup> residuals_by_time(const RecordingFit& fit, std::size_
     return groups;
 }
 
-std::vector<ResidualGroup> residuals_by_amplitude(const RecordingFit& fit,
-                                                  const std::vector<double>& envelope,
-                                                  std::size_t parts) {
-    std::vector<std::size_t> order;
-    for (std::size_t i = 0; i < envelope.size(); ++i)
-        if (!std::isnan(envelope[i]))
-            order.push_back(i);
-    std::ranges::stable_sort(order, std::greater{}, [&](std::size_t i) { return envelope[i]; });
-    std::vector<ResidualGroup> groups;
-    for (std::size_t k = 0; k < parts && order.size() >= parts; ++k) {
-        GroupSum sum;
-        const std::size_t begin = order.size() * k / parts;
-        const std::size_t end = order.size() * (k + 1) / parts;
-        for (std::size_t place = begin; place < end; ++place)
-            sum.add_frame(fit, order[place]);
-        groups.push_back(sum.group(envelope[order[end - 1]], envelope[order[begin]]));
-    }
-    return groups;
-}
-
 double over_noise(const RecordingFit& fit) {
     GroupSum sum;
     for (std::size_t i = 0; i < fit.times.size(); ++i)

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Residuals of a fit by height, time and amplitude, and how far they are correlated.
+// Residuals of a fit by height and time, and how far they are correlated.
 #pragma once
 
 #include "fit/fit.hpp"
@@ -15,9 +15,9 @@ namespace culm::fit {
 /// if the noise model mixes the rows; 0 where nothing was seen.
 [[nodiscard]] Eigen::MatrixXd whitened_residuals(const RecordingFit& fit);
 
-/// Residuals of one height, of a part of the record, or of a range of amplitudes.
+/// Residuals of one height or of a part of the record.
 struct ResidualGroup {
-    double lower = 0.0; ///< of the range: m, s, or m of the swing's amplitude
+    double lower = 0.0; ///< of the range: m or s
     double upper = 0.0; ///< equal to lower for a height
     std::size_t readings = 0;
     double rms = 0.0;        ///< m
@@ -30,12 +30,6 @@ struct ResidualGroup {
 /// Parts of equal length of the time after the release.
 [[nodiscard]] std::vector<ResidualGroup> residuals_by_time(const RecordingFit& fit,
                                                            std::size_t parts);
-
-/// `envelope`: (frames), amplitude of the swing in every frame, m; NaN for frames that do not
-/// count. Groups of equal numbers of frames, the largest amplitudes first.
-[[nodiscard]] std::vector<ResidualGroup> residuals_by_amplitude(const RecordingFit& fit,
-                                                                const std::vector<double>& envelope,
-                                                                std::size_t parts);
 
 /// Root mean square of residual over noise.
 [[nodiscard]] double over_noise(const RecordingFit& fit);

@@ -64,11 +64,11 @@ std::string components_line(const study::ResponseSpread& response) {
     const reduce::VarianceComponents& c = *response.components;
     if (!c.reason.empty())
         return fmt::format("    {:<14} {}\n", short_name(response), c.reason);
-    return fmt::format(
-        "    {:<14} sd between stems {}, within {}; share between {}\n", short_name(response),
-        root_with_bounds(c.between.variance, c.between.interval),
-        root_with_bounds(c.within.variance, c.within.interval),
-        percent_with_bounds({c.intraclass_correlation.value, c.intraclass_correlation.interval}));
+    return fmt::format("    {:<14} sd between stems {}, within {}; share between {}\n",
+                       short_name(response),
+                       root_with_bounds(c.between.variance, c.between.interval),
+                       root_with_bounds(c.within.variance, c.within.interval),
+                       percent_with_bounds(c.intraclass_correlation));
 }
 
 std::string sensitivity_lines(const study::ResponseSpread& response) {
