@@ -117,7 +117,7 @@ AnswerSet answer_set(const std::vector<diagnose::OwnedEffect>& effects) {
     AnswerSet set;
     for (const auto& [name, rig] : effects)
         set.push_back(
-            {std::string(physics::to_string(physics::effect_named(name)->family())), {name}});
+            {std::string(physics::to_string(physics::effect_named(name)->family)), {name}});
     return set;
 }
 

@@ -20,7 +20,7 @@ std::string family_of(const std::string& effect) {
     if (effect == "curvature_damping" || effect == second_loss)
         return std::string(physics::to_string(physics::Family::MaterialDamping));
     const physics::Family family =
-        is_in_library(effect) ? physics::effect_named(effect)->family() : physics::Family::Own;
+        is_in_library(effect) ? physics::effect_named(effect)->family : physics::Family::Own;
     return physics::is_one_law(family) ? std::string(physics::to_string(family)) : std::string();
 }
 

@@ -59,7 +59,7 @@ diagnose::DiagnosisOptions options_for(const Recordings& recordings, const core:
 bool stands_for(const json& named, const std::string& hidden) {
     const std::string family = named["family"];
     if (named["is_open"])
-        return family == physics::to_string(physics::effect_named(hidden)->family());
+        return family == physics::to_string(physics::effect_named(hidden)->family);
     bench::Answered answer;
     answer.verdict = "effect";
     answer.certain = {bench::NamedEffects{family, named["members"]}};

@@ -69,7 +69,7 @@ struct RigTruth {
     std::vector<std::string> names;
     for (const std::string& name : beam::library_effects()) {
         const physics::EffectPointer effect = physics::effect_named(name);
-        if (effect->belongs_to() == physics::BelongsTo::Rig && effect->parameters().size() == 1)
+        if (effect->belongs_to == physics::BelongsTo::Rig && effect->parameters.size() == 1)
             names.push_back(name);
     }
     return names;
@@ -144,7 +144,7 @@ written_recording(const DrawnLaboratory& drawn, std::size_t index,
 [[nodiscard]] inline RigTruth sized(const diagnose::DetectionLimit& limit,
                                     const RigStrength& strength) {
     const physics::EffectParameter parameter =
-        physics::effect_named(limit.effect)->parameters().front();
+        physics::effect_named(limit.effect)->parameters.front();
     double value = parameter.fitted_as == physics::FittedAs::Inverse
                        ? limit.value / strength.over_limit
                        : limit.value * strength.over_limit;

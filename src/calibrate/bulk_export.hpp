@@ -2,8 +2,8 @@
 // A calibrated stem as input lines of the codes that simulate stems in bulk.
 #pragma once
 
+#include "physics/effects/effect.hpp"
 #include "physics/stem.hpp"
-#include "run/case_spec.hpp"
 
 #include <map>
 #include <span>
@@ -23,7 +23,7 @@ struct BulkStem {
     std::string id;
     physics::StemParameters<double> stem; ///< with the calibrated Y and β
     std::string law;                      ///< "schramm2019" or "consistent"
-    std::vector<run::PointMass> added_masses;
+    std::vector<physics::AttachedMass> added_masses;
     std::vector<StoredEffect> effects; ///< beyond the published chain
     std::vector<std::string> left_out; ///< names of what the user left out
     double reduced_chi_squared = 0.0;

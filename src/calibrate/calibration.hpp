@@ -2,15 +2,12 @@
 // Calibration of one measured stem: the fitted chain, its adequacy, and the requested tests.
 #pragma once
 
-#include "calibrate/study_calibration.hpp"
 #include "diagnose/adequacy.hpp"
-#include "fit/fit_model.hpp"
 #include "fit/solve/uncertainty_budget.hpp"
 #include "integrate/modes.hpp"
 #include "physics/effects/selection.hpp"
 #include "reduce/population_statistics.hpp"
 #include "reduce/ring_down/stem_ring_downs.hpp"
-#include "run/modes.hpp"
 
 #include <cmath>
 #include <optional>

@@ -12,7 +12,7 @@ namespace culm::calibrate {
 namespace {
 
 bool is_shared(const physics::SelectedEffect& effect) {
-    return effect.effect->belongs_to() == physics::BelongsTo::Rig &&
+    return effect.effect->belongs_to == physics::BelongsTo::Rig &&
            !diagnose::free_parameters(effect).empty();
 }
 
@@ -48,9 +48,9 @@ CalibrationOptions with_shared_values(const CalibrationOptions& options,
     CalibrationOptions fixed = options;
     for (const diagnose::EffectAnswer& fitted : shared.effects)
         for (physics::SelectedEffect& effect : fixed.effects) {
-            if (effect.effect->name() != fitted.effect || measurement.rig != fitted.rig)
+            if (effect.effect->name != fitted.effect || measurement.rig != fitted.rig)
                 continue;
-            const std::vector<physics::EffectParameter> parameters = effect.effect->parameters();
+            const std::vector<physics::EffectParameter> parameters = effect.effect->parameters;
             for (const diagnose::SharedValue& value : fitted.values) {
                 const auto place =
                     std::ranges::find(parameters, value.name, &physics::EffectParameter::name);

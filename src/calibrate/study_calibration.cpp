@@ -43,12 +43,12 @@ std::vector<std::string> differences(const run::CaseSpec& measured, const run::C
     return texts;
 }
 
-void warn_outside(const char* name, double value, const reduce::PredictorRange& range,
-                  const char* unit, std::vector<std::string>& warnings) {
+void warn_outside(const char* name, double value, const core::Interval& range, const char* unit,
+                  std::vector<std::string>& warnings) {
     if (!range.contains(value))
         warnings.push_back(fmt::format("{} = {:.4g}{} lies outside what the study covers, {:.4g} … "
                                        "{:.4g}: the regression is EXTRAPOLATED",
-                                       name, value, unit, range.lowest, range.highest));
+                                       name, value, unit, range.low, range.high));
 }
 
 /// Height and fit of the highest row that can be fitted over the window.
@@ -93,10 +93,9 @@ StudyCalibration calibrate_by_study(const measure::Measurement& measurement,
     warn_outside("b1 per cycle", result.reading.decay_per_cycle.value,
                  study.regression.decay_per_cycle, "", result.warnings);
     if (const auto& modulus = result.prediction.bond_youngs_modulus.by_single_law)
-        warn_outside(
-            "Y", modulus->value * 1e-9,
-            {study.bond_youngs_modulus.lowest * 1e-9, study.bond_youngs_modulus.highest * 1e-9},
-            " GPa", result.warnings);
+        warn_outside("Y", modulus->value * 1e-9,
+                     {study.bond_youngs_modulus.low * 1e-9, study.bond_youngs_modulus.high * 1e-9},
+                     " GPa", result.warnings);
     if (const auto& damping = result.prediction.bond_damping.by_single_law)
         warn_outside("beta", damping->value, study.bond_damping, "", result.warnings);
     run::CaseSpec chain =

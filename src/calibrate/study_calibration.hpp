@@ -3,7 +3,6 @@
 #pragma once
 
 #include "measure/folder/measurement.hpp"
-#include "reduce/ring_down/ring_down_fit.hpp"
 #include "reduce/study_regression.hpp"
 #include "run/case_spec.hpp"
 
@@ -20,8 +19,8 @@ struct StudyForCalibration {
     std::vector<std::string> factors; ///< keys that vary between points besides Y and β
     std::optional<double> window;     ///< of its fits, s; empty: all of `duration`
     reduce::StudyRegression regression;
-    reduce::PredictorRange bond_youngs_modulus; ///< of its points, Pa
-    reduce::PredictorRange bond_damping;
+    core::Interval bond_youngs_modulus; ///< of its points, Pa
+    core::Interval bond_damping;
 };
 
 struct StudyCalibration {

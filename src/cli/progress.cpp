@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/progress.hpp"
 
-#include "cli/command_line.hpp"
 #include "present/text.hpp"
 
 #include <cstdio>

@@ -4,7 +4,6 @@
 #pragma once
 
 #include "farm/communicator.hpp"
-#include "measure/folder/measurement_folder.hpp"
 #include "present/provenance.hpp"
 
 #include <chrono>

@@ -4,7 +4,6 @@
 
 #include "cli/command_line.hpp"
 #include "diagnose/models/stems.hpp"
-#include "fit/fit_model.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <optional>

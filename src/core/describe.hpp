@@ -22,7 +22,6 @@
 
 #include <cmath>
 #include <concepts>
-#include <map>
 #include <optional>
 #include <ranges>
 #include <string>

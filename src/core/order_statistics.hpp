@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Medians and robust spreads of small samples.
+// Medians, robust spreads and ranges of small samples.
 #pragma once
+
+#include "core/interval.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -47,6 +49,14 @@ template <class T>
     for (const T value : sample)
         distances.push_back(std::abs(value - centre));
     return T(1.4826) * median(std::move(distances));
+}
+
+/// From the smallest value to the largest; zeros of an empty sample.
+[[nodiscard]] inline Interval range_of(std::span<const double> sample) {
+    if (sample.empty())
+        return {};
+    const auto [lowest, highest] = std::ranges::minmax(sample);
+    return {lowest, highest};
 }
 
 } // namespace culm::core

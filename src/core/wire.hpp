@@ -22,7 +22,6 @@
 #include "core/aggregate.hpp"
 
 #include <array>
-#include <concepts>
 #include <cstddef>
 #include <cstring>
 #include <map>
@@ -30,7 +29,6 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
-#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>

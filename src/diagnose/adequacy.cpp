@@ -2,7 +2,6 @@
 #include "diagnose/adequacy.hpp"
 
 #include "core/error.hpp"
-#include "fit/solve/residual_statistics.hpp"
 #include "reduce/population_statistics.hpp"
 
 #include <algorithm>

@@ -159,7 +159,7 @@ class Effects {
         if (!effect.is_shared())
             return values;
         const Eigen::MatrixXd covariance = answer_.shared.covariance();
-        for (const physics::EffectParameter& each : effect.effect.effect->parameters()) {
+        for (const physics::EffectParameter& each : effect.effect.effect->parameters) {
             const std::string name = shared_name(effect.name(), each.name, effect.rig);
             const Eigen::Index at = answer_.shared.find(name);
             if (at < 0)

@@ -2,7 +2,6 @@
 #include "diagnose/detection_limits.hpp"
 
 #include "core/order_statistics.hpp"
-#include "diagnose/evidence/log_evidence.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -125,7 +124,7 @@ void name(const fit::StemModel& model, const physics::SelectedEffect& effect,
     if (largest == values.end())
         return;
     const physics::EffectParameter known =
-        effect.effect->parameters()[static_cast<std::size_t>(largest - values.begin())];
+        effect.effect->parameters[static_cast<std::size_t>(largest - values.begin())];
     limit.parameter = known.name;
     limit.unit = known.unit;
     limit.value = size * std::abs(*largest);
@@ -136,7 +135,7 @@ DetectionLimit limit_of(const SearchResult& search, const fit::StemModel& best, 
     const physics::SelectedEffect& effect = search.stems->options().candidates[c];
     const EffectView& view = search.about->view(0);
     DetectionLimit limit;
-    limit.effect = effect.effect->name();
+    limit.effect = effect.effect->name;
     limit.failure = view.columns[c].failure;
     if (!limit.failure.empty())
         return limit;
@@ -188,7 +187,7 @@ std::vector<DetectionLimit> limits_of_rigs(const SearchResult& search) {
     const Stems& stems = *search.stems;
     for (std::size_t c = 0; c < stems.options().candidates.size(); ++c) {
         const physics::SelectedEffect& candidate = stems.options().candidates[c];
-        if (candidate.effect->belongs_to() != physics::BelongsTo::Rig)
+        if (candidate.effect->belongs_to != physics::BelongsTo::Rig)
             continue;
         for (const std::string& rig : stems.rigs()) {
             std::vector<double> information; // (stems) per coordinate
@@ -201,14 +200,14 @@ std::vector<DetectionLimit> limits_of_rigs(const SearchResult& search) {
             if (information.empty())
                 continue;
             const physics::EffectParameter card =
-                candidate.effect->parameters()[free_parameters(candidate)[size.parameter]];
+                candidate.effect->parameters[free_parameters(candidate)[size.parameter]];
             const auto value = [&](double in_all) {
                 return fit::from_coordinate(
                     card.fitted_as,
                     size.absent + std::copysign(detected_at / std::sqrt(in_all), size.deviation));
             };
             const double of_all = std::accumulate(information.begin(), information.end(), 0.0);
-            limits.push_back({candidate.effect->name(),
+            limits.push_back({candidate.effect->name,
                               rig,
                               {},
                               card.name,

@@ -28,11 +28,11 @@ bool is_only_law(const SearchResult& search, std::size_t model, const OwnedEffec
         return stem.verdict.finding == Finding::Inadequate;
     };
     return std::ranges::all_of(physics::all_effects(), [&](const physics::EffectPointer& other) {
-        if (other->name() == name.first || other->family() != own->effect.effect->family())
+        if (other->name == name.first || other->family != own->effect.effect->family)
             return true;
         std::vector<ActingEffect> swapped = effects;
         swapped[static_cast<std::size_t>(own - effects.begin())].effect =
-            physics::parse_effect(other->name(), {});
+            physics::parse_effect(other->name, {});
         const Model* const found = find_model(search.visited, swapped);
         return found != nullptr && std::ranges::any_of(found->stems, is_inadequate);
     });
@@ -174,9 +174,9 @@ std::optional<std::pair<Rival, Rival>> pair_to_separate(const SearchResult& sear
     for (const DetectionLimit& limit : out.detection_limits)
         for (const physics::SelectedEffect& candidate : search.stems->options().candidates)
             // No change of the experiment reveals an effect out of the plane.
-            if (candidate.effect->name() == limit.effect && limit.failure.empty() &&
+            if (candidate.effect->name == limit.effect && limit.failure.empty() &&
                 !limit.is_beyond_bounds && !limit.parameter.empty() &&
-                candidate.effect->dimensions() < 3 &&
+                candidate.effect->dimensions < 3 &&
                 (worst == nullptr || harm(limit) > harm(*worst))) {
                 worst = &limit;
                 effect = &candidate;

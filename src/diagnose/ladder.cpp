@@ -81,7 +81,7 @@ void judge_models(Ladder& ladder, const Policy& policy) {
         model.compared_with = best;
         for (const physics::SelectedEffect& effect : fit::in_library_order(model.fit.effects))
             if (!fit::contains(before.fit.effects, effect))
-                model.added.push_back(effect.effect->name());
+                model.added.push_back(effect.effect->name);
         model.log_evidence_gain = model.log_evidence - before.log_evidence;
         model.is_gain = model.fit.is_fitted() && model.log_evidence_gain >= least_gain;
         model.why = why(model, least_gain);

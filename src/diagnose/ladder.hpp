@@ -3,7 +3,6 @@
 #pragma once
 
 #include "diagnose/adequacy.hpp"
-#include "fit/fit_model.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "fit/start/residual_spectrum.hpp"
 #include "reduce/ring_down/stem_ring_downs.hpp"

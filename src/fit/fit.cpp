@@ -14,7 +14,6 @@
 #include <iterator>
 #include <utility>
 
-#include <Eigen/Core>
 #include <fmt/core.h>
 
 namespace culm::fit {

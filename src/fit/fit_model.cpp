@@ -4,7 +4,6 @@
 #include "core/error.hpp"
 #include "measure/folder/measurement.hpp"
 
-#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -143,8 +142,8 @@ double relative_cost(const SelectedEffects& effects) {
     double cost = 1.0;
     double planes = 1.0; // planar chains of a run
     for (const physics::SelectedEffect& each : effects) {
-        cost += static_cast<double>(each.effect->parameters().size());
-        if (each.effect->dimensions() > 2)
+        cost += static_cast<double>(each.effect->parameters.size());
+        if (each.effect->dimensions > 2)
             planes = 2.0;
     }
     return planes * cost;

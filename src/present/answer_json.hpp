@@ -8,7 +8,6 @@
 #include "present/diagnosis.hpp"
 
 #include <optional>
-#include <string>
 #include <vector>
 
 namespace culm::present {

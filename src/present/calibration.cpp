@@ -6,7 +6,6 @@
 #include "present/text.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <vector>
 
 #include <fmt/format.h>

@@ -5,7 +5,6 @@
 #include "calibrate/calibration.hpp"
 #include "calibrate/study_calibration.hpp"
 #include "diagnose/answers.hpp"
-#include "present/parameters.hpp"
 #include "present/provenance.hpp"
 
 #include <cstddef>

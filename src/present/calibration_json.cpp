@@ -89,15 +89,15 @@ void describe_chain(To& to, const fit::StemModel& model, const std::string& law)
     to("bond_outer_diameter_m", stem.bond_outer_diameter);
     to("bond_inner_diameter_m", stem.bond_inner_diameter);
     to("poissons_ratio", stem.poissons_ratio);
-    to.list("added_masses", model.spec.added_masses, [&](const run::PointMass& mass) {
-        to("height_m", mass.height);
+    to.list("added_masses", model.spec.added_masses, [&](const physics::AttachedMass& mass) {
+        to("height_m", mass.position);
         to("mass_kg", mass.mass);
     });
     to.list("effects", model.spec.effects, [&](const physics::ActiveEffect& active) {
-        to("name", [&] { return active.effect->name(); });
+        to("name", [&] { return active.effect->name; });
         to("values", [&] {
             ByParameter values;
-            const auto parameters = active.effect->parameters();
+            const auto parameters = active.effect->parameters;
             for (std::size_t k = 0; k < parameters.size(); ++k)
                 values[parameters[k].name] = active.values[k];
             return values;

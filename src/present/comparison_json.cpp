@@ -3,8 +3,6 @@
 #include "present/parameters.hpp"
 #include "present/where.hpp"
 
-#include <vector>
-
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/policy.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "present/answer_json.hpp"
 #include "present/diagnosis.hpp"
@@ -8,7 +7,6 @@
 #include "present/text.hpp"
 #include "present/where.hpp"
 
-#include <map>
 #include <optional>
 #include <ranges>
 #include <string>
@@ -172,13 +170,11 @@ void describe_missing_force(To& to, const diagnose::MissingForce& force) {
     to("effect_file", force.as_effect_file, "TOML of an effect with this force");
 }
 
+} // namespace
+
 /// The answer on one stem with its recordings.
-struct DiagnosisFile {
-    core::Viewed<DiagnosisReport> report;
-};
 template <class To>
-void describe(To& to, const DiagnosisFile& file) {
-    const DiagnosisReport& report = *file.report;
+void describe(To& to, const DiagnosisReport& report) {
     const diagnose::Diagnosis& found = *report.found;
     to.constant("format", "culm-diagnosis");
     to.constant("version", 2);
@@ -207,16 +203,14 @@ void describe(To& to, const DiagnosisFile& file) {
     to("provenance", report.provenance);
 }
 
-} // namespace
-
 json diagnosis_json(const DiagnosisReport& report) {
     if (report.found->stems.size() > 1)
         return laboratory_json(report);
-    return core::json_of(DiagnosisFile{report});
+    return core::json_of(report);
 }
 
 json diagnosis_schema() {
-    return core::schema_of<DiagnosisFile>();
+    return core::schema_of<DiagnosisReport>();
 }
 
 } // namespace culm::present

@@ -289,8 +289,8 @@ double DiagnosisReport::noise() const {
 
 std::string DiagnosisReport::summary_of(const std::string& effect) const {
     const auto candidate = std::ranges::find_if(
-        *candidates, [&effect](const auto& each) { return each.effect->name() == effect; });
-    return candidate == candidates->end() ? std::string() : candidate->effect->summary();
+        *candidates, [&effect](const auto& each) { return each.effect->name == effect; });
+    return candidate == candidates->end() ? std::string() : candidate->effect->summary;
 }
 
 std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report) {

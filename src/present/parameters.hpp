@@ -3,7 +3,6 @@
 #pragma once
 
 #include "core/describe.hpp"
-#include "diagnose/adequacy.hpp"
 #include "fit/fit.hpp"
 #include "reduce/distributions.hpp"
 

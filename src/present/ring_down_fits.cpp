@@ -102,14 +102,11 @@ void describe_population(To& to, const reduce::PopulationSummary& population) {
     });
 }
 
+} // namespace
+
 /// fit.json.
-struct FitFile {
-    core::Viewed<FitReport> report;
-    Provenance provenance;
-};
 template <class To>
-void describe(To& to, const FitFile& file) {
-    const FitReport& report = *file.report;
+void describe(To& to, const FitReport& report) {
     const auto stems = [&] { return std::views::iota(std::size_t{0}, report.stems.size()); };
     to.constant("format", "culm-fit");
     to.constant("version", 1);
@@ -121,8 +118,10 @@ void describe(To& to, const FitFile& file) {
     to.maybe("population", report.population,
              [&](const auto& population) { describe_population(to, population); });
     to("remarks", report.remarks);
-    to("provenance", file.provenance);
+    to("provenance", report.provenance);
 }
+
+namespace {
 
 // A screen has some 40 lines; for more stems than this only the population is shown.
 constexpr std::size_t most_stems = 30;
@@ -230,12 +229,12 @@ std::string advice(const FitReport& report) {
 
 } // namespace
 
-json fit_json(const FitReport& report, const Provenance& provenance) {
-    return core::json_of(FitFile{report, provenance});
+json fit_json(const FitReport& report) {
+    return core::json_of(report);
 }
 
 json fit_schema() {
-    return core::schema_of<FitFile>();
+    return core::schema_of<FitReport>();
 }
 
 std::string fit_table(const FitReport& report) {

@@ -2,6 +2,7 @@
 // The results of culm fit: Eq. 1 at every height of measured stems (docs/fit-format.md).
 #pragma once
 
+#include "present/provenance.hpp"
 #include "reduce/ring_down/stem_ring_downs.hpp"
 
 #include <optional>
@@ -20,10 +21,11 @@ struct FitReport {
     std::vector<bool> has_offset;                        ///< of the stems
     std::optional<reduce::PopulationSummary> population; ///< of two stems or more
     std::vector<std::string> remarks;
+    Provenance provenance;
 };
 
 /// fit.json.
-[[nodiscard]] nlohmann::json fit_json(const FitReport& report, const Provenance& provenance);
+[[nodiscard]] nlohmann::json fit_json(const FitReport& report);
 [[nodiscard]] nlohmann::json fit_schema();
 
 /// A summary for one screen: the heights of one stem, or one line per stem and the population.

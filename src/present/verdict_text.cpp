@@ -2,7 +2,6 @@
 // The words of a verdict, on one stem or several.
 #include "present/diagnosis.hpp"
 
-#include <functional>
 #include <ranges>
 
 #include <fmt/format.h>

@@ -2,6 +2,7 @@
 #include "reduce/study_regression.hpp"
 
 #include "core/error.hpp"
+#include "core/order_statistics.hpp"
 #include "reduce/distributions.hpp"
 
 #include <algorithm>
@@ -121,13 +122,6 @@ UsablePoints usable_points(const StudyPoints& points) {
 bool is_one_value(std::span<const double> values) {
     const auto [lowest, highest] = std::ranges::minmax(values);
     return highest - lowest <= same_value * std::max(std::abs(lowest), std::abs(highest));
-}
-
-PredictorRange range_of(const std::vector<double>& values) {
-    if (values.empty())
-        return {};
-    const auto [lowest, highest] = std::ranges::minmax(values);
-    return {lowest, highest};
 }
 
 /// Takes the residuals out of the regression: there may be millions.
@@ -399,8 +393,8 @@ StudyRegression regress_study(const StudyPoints& points, double significance) {
     StudyRegression study;
     study.points_used = usable.frequency.size();
     study.points_excluded = points.frequency.size() - study.points_used;
-    study.decay_per_cycle = range_of(usable.decay_per_cycle);
-    study.frequency = range_of(usable.frequency);
+    study.decay_per_cycle = core::range_of(usable.decay_per_cycle);
+    study.frequency = core::range_of(usable.frequency);
     study.sqrt_youngs_modulus =
         regress_response({"sqrt(bond_youngs_modulus)", usable.sqrt_youngs_modulus, Term::Second},
                          predictors, significance);

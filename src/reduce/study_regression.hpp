@@ -3,6 +3,7 @@
 // stem; and how the largest stable explicit step depends on bond damping and Young's modulus.
 #pragma once
 
+#include "core/interval.hpp"
 #include "reduce/linear_regression.hpp"
 #include "reduce/population_statistics.hpp"
 
@@ -94,20 +95,13 @@ struct RegressionOutcome {
     std::string reason; ///< one sentence if `regression` is empty
 };
 
-/// Closed range of a predictor over the points used.
-struct PredictorRange {
-    double lowest = 0.0;
-    double highest = 0.0;
-    [[nodiscard]] bool contains(double x) const { return x >= lowest && x <= highest; }
-};
-
 struct StudyRegression {
     std::size_t points_used = 0;
     std::size_t points_excluded = 0;       ///< a value was not finite or Y was not positive
     RegressionOutcome sqrt_youngs_modulus; ///< √Y in √Pa; single law on the frequency (Eq. 12)
     RegressionOutcome bond_damping;        ///< β; single law on the decay per cycle (Eq. 13)
-    PredictorRange decay_per_cycle;
-    PredictorRange frequency; ///< Hz
+    core::Interval decay_per_cycle;        ///< of the points
+    core::Interval frequency;              ///< Hz
 };
 
 /// Regresses √Y and β on the fitted decay per cycle and frequency, each by its single-predictor law

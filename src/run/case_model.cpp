@@ -140,8 +140,7 @@ CaseModel case_model(const CaseSpec& spec) {
     }
     // Known masses are attached after all effects, so that an effect that scales the stem's mass
     // (taper) does not change them.
-    for (const PointMass& added : spec.added_masses)
-        target.attached.push_back({added.height, added.mass});
+    target.attached = spec.added_masses;
     physics::apply_effects(spec.effects, target);
     return model;
 }
@@ -149,7 +148,7 @@ CaseModel case_model(const CaseSpec& spec) {
 int dimensions_of(const CaseSpec& spec) {
     int dimensions = spec.dimensions;
     for (const physics::ActiveEffect& active : spec.effects)
-        dimensions = std::max(dimensions, active.effect->dimensions());
+        dimensions = std::max(dimensions, active.effect->dimensions);
     return dimensions;
 }
 

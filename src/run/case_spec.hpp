@@ -42,12 +42,6 @@ enum class Release {
     HeldStraight ///< held in line with the clamp, at rest; gravity or its own curvature moves it
 };
 
-/// A known mass that sits on the stem.
-struct PointMass {
-    double height; ///< above the clamp, m
-    double mass;   ///< kg
-};
-
 struct CaseSpec {
     std::int64_t point = 0; ///< index in the study's design
     physics::StemParameters<double> stem;
@@ -65,8 +59,8 @@ struct CaseSpec {
     measure::Reading reading = measure::Reading::Row;
     double readout_time = 0.0; ///< of the camera, known; physics::CameraView's
     Release release = Release::TipPull;
-    std::vector<PointMass> added_masses;
-    std::vector<physics::ActiveEffect> effects; ///< beyond the published chain
+    std::vector<physics::AttachedMass> added_masses; ///< known
+    std::vector<physics::ActiveEffect> effects;      ///< beyond the published chain
 
     /// Samples in every stored history, the one at t = 0 included.
     [[nodiscard]] std::size_t sample_count() const {

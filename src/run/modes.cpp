@@ -16,7 +16,7 @@ namespace {
 /// The case's chain in the plane of the pull, without the effects that leave it and without dry
 /// friction.
 physics::Chain<2, double> planar_chain(CaseSpec spec) {
-    std::erase_if(spec.effects, [](const auto& active) { return active.effect->dimensions() > 2; });
+    std::erase_if(spec.effects, [](const auto& active) { return active.effect->dimensions > 2; });
     physics::ChainModel<double> model = case_model(spec).chain;
     if (model.hinge) // the damping of dry friction at rest is far above that in a swing
         model.hinge->friction_moment = 0.0;

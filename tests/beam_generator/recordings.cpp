@@ -112,8 +112,8 @@ TEST(RandomCase, CoversEveryEffectOfTheLibraryWithSingles) {
     std::vector<std::string> culms;
     for (const physics::EffectPointer& effect : physics::all_effects())
         // A law that contains others is drawn as one of them.
-        if (effect->name() != "power_drag" && effect->name() != "fractional_zener")
-            culms.push_back(effect->name());
+        if (effect->name != "power_drag" && effect->name != "fractional_zener")
+            culms.push_back(effect->name);
     std::ranges::sort(names);
     std::ranges::sort(culms);
     EXPECT_EQ(names, culms);
@@ -123,7 +123,7 @@ TEST(RandomCase, HasParametersOfCulmsNamesWithinCulmsBounds) {
     for (std::uint64_t number = 0; number < 54; ++number) {
         const RandomCase drawn = random_case(5, CaseKind::Single, number);
         const HiddenEffect& hidden = drawn.spec.effects.front();
-        for (const auto& parameter : physics::effect_named(hidden.name)->parameters()) {
+        for (const auto& parameter : physics::effect_named(hidden.name)->parameters) {
             EXPECT_GE(hidden.value(parameter.name), parameter.lower) << hidden.name;
             EXPECT_LE(hidden.value(parameter.name), parameter.upper) << hidden.name;
         }

@@ -42,11 +42,11 @@ TEST(StudyCalibration, PutsTheReadingIntoTheRegressions) {
     EXPECT_EQ(found.window, 0.1);  // the study's
     ASSERT_TRUE(found.prediction.bond_youngs_modulus.by_single_law);
     ASSERT_TRUE(found.prediction.bond_damping.by_single_law);
-    const double wanted = std::pow(570.0 * found.reading.frequency, 2);
+    const double wanted = std::pow(570.0 * found.reading.frequency.value, 2);
     // The scatter of the study.
     EXPECT_NEAR(found.prediction.bond_youngs_modulus.by_single_law->value, wanted, 5e-3 * wanted);
     EXPECT_NEAR(found.prediction.bond_damping.by_single_law->value,
-                -270.0 * found.reading.decay_per_cycle, 0.3);
+                -270.0 * found.reading.decay_per_cycle.value, 0.3);
     EXPECT_TRUE(found.warnings.empty()) << found.warnings.front();
 }
 

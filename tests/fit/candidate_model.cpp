@@ -98,7 +98,7 @@ TEST(CandidateEffects, AreAllOfTheLibraryWhereTheDirectionOfGravityIsKnown) {
 TEST(PlaceParameters, BelongToTheLibrary) {
     std::size_t places = 0;
     for (const physics::EffectPointer& effect : physics::all_effects())
-        for (const physics::EffectParameter& parameter : effect->parameters())
+        for (const physics::EffectParameter& parameter : effect->parameters)
             places += parameter.is_place ? 1 : 0;
     // local_defect.position_m, relaxation.time_s, two of base_motion, out_of_plane.angle_deg,
     // clamp_friction.stiffness_nm_rad, power_drag.exponent, two of fractional_zener.

@@ -40,8 +40,7 @@ fit::SelectedEffects effects(const std::vector<std::string>& names) {
     fit::SelectedEffects selected;
     for (const std::string& name : names) {
         const physics::EffectPointer effect = physics::effect_named(name);
-        selected.push_back(
-            {effect, std::vector<std::optional<double>>(effect->parameters().size())});
+        selected.push_back({effect, std::vector<std::optional<double>>(effect->parameters.size())});
     }
     return selected;
 }

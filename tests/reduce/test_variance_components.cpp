@@ -101,16 +101,16 @@ TEST(VarianceComponents, EstimatesOfAdditiveEffectsAreUnbiasedWithUnequalNumbers
 
 TEST(VarianceComponents, AreUndefinedWhereTheSampleDoesNotDetermineThem) {
     const auto once = variance_components(std::vector<StemTests>{{0, {1}}, {0, {2}}});
-    EXPECT_TRUE(std::isnan(once.within));
-    EXPECT_TRUE(std::isnan(once.between));
+    EXPECT_TRUE(std::isnan(once.within.variance));
+    EXPECT_TRUE(std::isnan(once.between.variance));
     EXPECT_EQ(once.reason, "no stem was tested twice");
     const auto lone = variance_components(std::vector<StemTests>{{0, {1, 2}}, {1, {3, 4}}});
-    EXPECT_DOUBLE_EQ(lone.within, 0.5);
-    EXPECT_TRUE(std::isnan(lone.between));
+    EXPECT_DOUBLE_EQ(lone.within.variance, 0.5);
+    EXPECT_TRUE(std::isnan(lone.between.variance));
     EXPECT_EQ(lone.reason, "no two stems are of the same design point");
     const auto exact = variance_components(std::vector<StemTests>{{0, {1, 1}}, {0, {3, 3}}});
-    EXPECT_EQ(exact.within, 0.0);
-    EXPECT_DOUBLE_EQ(exact.between, 2.0);
+    EXPECT_EQ(exact.within.variance, 0.0);
+    EXPECT_DOUBLE_EQ(exact.between.variance, 2.0);
 }
 
 } // namespace

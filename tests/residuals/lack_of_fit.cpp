@@ -31,7 +31,7 @@ TEST(LackOfFit, IsSeenWhereTheDragOfTheAirIsMissing) {
     measure::Measurement measurement = tests::empty_measurement();
     physics::SelectedEffect drag;
     drag.effect = physics::effect_named("quadratic_drag");
-    drag.fixed.assign(drag.effect->parameters().size(), std::nullopt);
+    drag.fixed.assign(drag.effect->parameters.size(), std::nullopt);
     fit::StemModel truth = fit::with_effect(tests::true_model(measurement, {}), drag, measurement);
     truth.parameters.resize(3);
     measurement = tests::read_with_noise(measurement, truth, 1);
@@ -47,7 +47,7 @@ TEST(EffectParameters, AreFoundTogetherWithTheBaselines) {
     physics::SelectedEffect drag;
     drag.effect = physics::effect_named("quadratic_drag");
     drag.fixed = {1.5};
-    ASSERT_EQ(drag.effect->parameters().size(), 1U);
+    ASSERT_EQ(drag.effect->parameters.size(), 1U);
     const fit::StemModel truth =
         fit::with_effect(tests::true_model(measurement, {}), drag, measurement);
     EXPECT_EQ(truth.parameters.size(), 3U); // fixed, so not free

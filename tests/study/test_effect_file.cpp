@@ -15,13 +15,13 @@ const std::string example = std::string(CULM_SOURCE_DIR) + "/config/effects/any_
 TEST(EffectFile, CombinesWithEffectsOfTheLibrary) {
     const auto effects = effects_from("taper," + example + "(p=1.5)");
     ASSERT_EQ(effects.size(), 2U);
-    EXPECT_EQ(effects[1].effect->name(), "any_power_drag");
+    EXPECT_EQ(effects[1].effect->name, "any_power_drag");
     EXPECT_EQ(physics::to_string(effects[1]), "any_power_drag(p=1.5)");
 }
 
 TEST(EffectFile, KeepsTheOrderOfItsParameters) {
     const auto effect = read_effect_file(example);
-    const auto parameters = effect->parameters();
+    const auto parameters = effect->parameters;
     ASSERT_EQ(parameters.size(), 2U);
     EXPECT_EQ(parameters[0].name, "c");
     EXPECT_EQ(parameters[0].default_value, 2e-3);

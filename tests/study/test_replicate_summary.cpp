@@ -98,10 +98,10 @@ TEST(ReplicateSummary, TestsOfStemsGiveVarianceComponents) {
     EXPECT_EQ(c.tests, 1000U);
     EXPECT_EQ(summary->responses[0].components->tests, 999U);
     // The variances are 900 and 100/12, with standard errors of 10 % and 5 %, times four.
-    EXPECT_NEAR(c.between, 900.0, 360.0);
-    EXPECT_NEAR(c.within, 100.0 / 12.0, 1.7);
-    EXPECT_LT(c.between_interval.lower, 900.0);
-    EXPECT_GT(c.between_interval.upper, 900.0);
+    EXPECT_NEAR(c.between.variance, 900.0, 360.0);
+    EXPECT_NEAR(c.within.variance, 100.0 / 12.0, 1.7);
+    EXPECT_LT(c.between.interval.lower, 900.0);
+    EXPECT_GT(c.between.interval.upper, 900.0);
 }
 
 TEST(ReplicateSummary, GivesReasonsWithoutADistributionOrEnoughPoints) {

@@ -28,7 +28,7 @@ TEST(StudyEffects, FixedAndSweptValuesReachEveryCase) {
     for (std::int64_t point = 0; point < 6; ++point) {
         const run::CaseSpec spec = case_of_point(study.config, study.design, point);
         ASSERT_EQ(spec.effects.size(), 2U);
-        EXPECT_EQ(spec.effects[0].effect->name(), "quadratic_drag");
+        EXPECT_EQ(spec.effects[0].effect->name, "quadratic_drag");
         EXPECT_EQ(spec.effects[0].values[0], swept[point % 3]);
         EXPECT_EQ(spec.effects[1].values[0], 0.5);
         EXPECT_EQ(spec.stem.bond_damping, point < 3 ? 5.0 : 10.0);

@@ -7,11 +7,11 @@
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
+#include "core/order_statistics.hpp"
 #include "core/user_files.hpp"
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/calibration.hpp"
-#include "present/deflection_table.hpp"
 #include "present/files.hpp"
 #include "present/laboratory.hpp"
 #include "present/text.hpp"
@@ -49,13 +49,6 @@ struct CalibrationPlan {
     calibrate::SharedEffects shared; ///< fitted to all recordings first
 };
 
-reduce::PredictorRange range_of(const std::vector<double>& values) {
-    if (values.empty())
-        return {};
-    const auto [lowest, highest] = std::ranges::minmax(values);
-    return {lowest, highest};
-}
-
 /// Throws core::InputError if the folder holds no complete study of free vibrations.
 calibrate::StudyForCalibration study_for_calibration(const std::string& folder) {
     const study::ArchivedStudy archived = study::open_archive(study::StudyFolder(folder));
@@ -68,8 +61,8 @@ calibrate::StudyForCalibration study_for_calibration(const std::string& folder) 
             !key.starts_with("bond_youngs_modulus") && key != "bond_damping")
             found.factors.push_back(key);
     found.window = summary.reduce.window;
-    found.bond_youngs_modulus = range_of(summary.youngs_modulus);
-    found.bond_damping = range_of(summary.bond_damping);
+    found.bond_youngs_modulus = core::range_of(summary.youngs_modulus);
+    found.bond_damping = core::range_of(summary.bond_damping);
     found.regression = std::move(summary.regression);
     return found;
 }

@@ -6,8 +6,8 @@
 #include "core/user_files.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/comparison.hpp"
-#include "present/deflection_table.hpp"
 #include "present/files.hpp"
+#include "present/parameters.hpp"
 #include "study/config/study_effects.hpp"
 
 #include <algorithm>

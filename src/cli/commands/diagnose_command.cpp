@@ -11,9 +11,9 @@
 #include "farm/item_map.hpp"
 #include "measure/folder/measurement_folder.hpp"
 #include "present/answer_json.hpp"
-#include "present/deflection_table.hpp"
 #include "present/diagnosis.hpp"
 #include "present/files.hpp"
+#include "present/parameters.hpp"
 #include "present/text.hpp"
 #include "study/config/study_effects.hpp"
 
@@ -63,7 +63,7 @@ struct DiagnosisPlan {
 
 void add_once(const physics::SelectedEffect& added, fit::SelectedEffects& effects) {
     if (fit::contains(effects, added))
-        throw core::InputError(fmt::format("candidate {} is named twice", added.effect->name()));
+        throw core::InputError(fmt::format("candidate {} is named twice", added.effect->name));
     effects.push_back(added);
 }
 
@@ -75,7 +75,7 @@ DiagnosisEffects effects_for_diagnosis(const DiagnoseArguments& arguments,
     DiagnosisEffects out;
     const physics::EffectFileReader read = [&out](const std::string& file) {
         physics::EffectPointer effect = study::read_effect_file(file);
-        out.files[effect->name()] = file;
+        out.files[effect->name] = file;
         return effect;
     };
     out.known = fit::in_library_order(physics::parse_effects(arguments.known, read));
@@ -83,7 +83,7 @@ DiagnosisEffects effects_for_diagnosis(const DiagnoseArguments& arguments,
     std::string candidates = arguments.candidates; // may name a file's effect
     for (const std::string& file : arguments.effect_files) {
         const std::string path = physics::is_effect_file(file) ? file : "./" + file;
-        const std::regex name("\\b" + read(path)->name() + "(?= *(,|\\(|$))");
+        const std::regex name("\\b" + read(path)->name + "(?= *(,|\\(|$))");
         candidates = std::regex_replace(candidates, name, path);
         if (candidates.find(path) == std::string::npos)
             add_once(physics::parse_effect(path, read), named);
@@ -105,7 +105,7 @@ std::string as_option(const std::string& effect, const DiagnosisEffects& effects
     std::string name = file == effects.files.end() ? effect : file->second;
     for (const fit::SelectedEffects* selection : {&effects.known, &effects.candidates})
         for (const physics::SelectedEffect& selected : *selection)
-            if (selected.effect->name() == effect)
+            if (selected.effect->name == effect)
                 return name + physics::to_string(selected).substr(effect.size());
     return name;
 }
@@ -172,7 +172,7 @@ std::string model_options(const DiagnoseArguments& arguments, const DiagnosisPla
         effects += effect;
     };
     for (const physics::SelectedEffect& known : plan.effects.known)
-        add(as_option(known.effect->name(), plan.effects));
+        add(as_option(known.effect->name, plan.effects));
     for (const std::string& effect : added)
         add(effect);
     std::string text =

@@ -49,19 +49,19 @@ void describe(To& to, const EffectsFile& file) {
     to.constant("format", "culm-effects");
     to.constant("version", 1);
     to.list("effects", file.effects, [&](const physics::EffectPointer& effect) {
-        to("name", [&] { return effect->name(); });
-        to("family", [&] { return physics::to_string(effect->family()); });
-        to("summary", [&] { return effect->summary(); });
-        to("law", [&] { return effect->law(); });
-        to("source", [&] { return effect->source(); });
+        to("name", [&] { return effect->name; });
+        to("family", [&] { return physics::to_string(effect->family); });
+        to("summary", [&] { return effect->summary; });
+        to("law", [&] { return effect->law; });
+        to("source", [&] { return effect->source; });
         to(
-            "signature", [&] { return effect->signature(); }, "what it does to a recording");
-        to("remedy", [&] { return effect->remedy(); });
-        to("energy", [&] { return effect->energy(); });
-        to("dimensions", [&] { return effect->dimensions(); });
-        to("excludes", [&] { return effect->excludes(); });
+            "signature", [&] { return effect->signature; }, "what it does to a recording");
+        to("remedy", [&] { return effect->remedy; });
+        to("energy", [&] { return effect->energy; });
+        to("dimensions", [&] { return effect->dimensions; });
+        to("excludes", [&] { return effect->excludes; });
         to.list(
-            "parameters", [&] { return effect->parameters(); },
+            "parameters", [&] { return effect->parameters; },
             [&](const EffectParameter& parameter) {
                 to("name", parameter.name);
                 to("unit", parameter.unit);
@@ -80,31 +80,31 @@ void describe(To& to, const EffectsFile& file) {
 std::string effects_list(std::span<const physics::EffectPointer> effects) {
     std::size_t width = 0;
     for (const physics::EffectPointer& effect : effects)
-        width = std::max(width, effect->name().size());
+        width = std::max(width, effect->name.size());
     std::string out;
     for (const physics::EffectPointer& effect : effects)
         out += fmt::format(
-            "{:<{}}  {} [{}]\n", effect->name(), width, effect->summary(),
-            fmt::join(effect->parameters() | std::views::transform(&EffectParameter::name), ", "));
+            "{:<{}}  {} [{}]\n", effect->name, width, effect->summary,
+            fmt::join(effect->parameters | std::views::transform(&EffectParameter::name), ", "));
     return out;
 }
 
 /// All properties of one effect, in lines of some 90 characters.
 std::string effect_card(const physics::Effect& effect) {
-    std::string out = fmt::format("{}: {}\n\n", effect.name(), effect.summary());
-    if (effect.family() != physics::Family::Own)
-        out += labelled("family", std::string(physics::to_string(effect.family())));
-    out += labelled("law", effect.law());
-    out += labelled("source", effect.source());
-    out += labelled("signature", effect.signature());
-    out += labelled("remedy", effect.remedy());
-    out += labelled("energy", effect.energy());
-    if (effect.dimensions() == 3)
+    std::string out = fmt::format("{}: {}\n\n", effect.name, effect.summary);
+    if (effect.family != physics::Family::Own)
+        out += labelled("family", std::string(physics::to_string(effect.family)));
+    out += labelled("law", effect.law);
+    out += labelled("source", effect.source);
+    out += labelled("signature", effect.signature);
+    out += labelled("remedy", effect.remedy);
+    out += labelled("energy", effect.energy);
+    if (effect.dimensions == 3)
         out += labelled("needs", "three dimensions");
-    if (!effect.excludes().empty())
+    if (!effect.excludes.empty())
         out += labelled("contains", fmt::format("{}, which cannot be added as well",
-                                                fmt::join(effect.excludes(), ", ")));
-    for (const EffectParameter& parameter : effect.parameters())
+                                                fmt::join(effect.excludes, ", ")));
+    for (const EffectParameter& parameter : effect.parameters)
         out += '\n' + parameter_text(parameter);
     return out;
 }

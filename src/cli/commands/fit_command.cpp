@@ -82,7 +82,8 @@ void fit(const FitArguments& arguments, core::ExitCode& exit_code) {
     const reduce::PopulationSummary population = reduce::summarise_population(report.stems);
     if (report.stems.size() > 1)
         report.population = population;
-    const nlohmann::json document = present::fit_json(report, provenance.document());
+    report.provenance = provenance.document();
+    const nlohmann::json document = present::fit_json(report);
     write_results(arguments, measurements, "fit.json", document);
     if (!arguments.output.empty())
         write_folder(arguments, report, measurements);

@@ -16,7 +16,6 @@
 #include "study/summary/summary.hpp"
 
 #include <chrono>
-#include <cstdio>
 #include <numeric>
 #include <optional>
 #include <string>

@@ -59,8 +59,8 @@ std::vector<Candidate> calibrated(const study::ArchivedStudy& archived,
         print_warning(fmt::format(
             "the study covers decays per cycle of {:.4g} … {:.4g} and frequencies of {:.4g} … "
             "{:.4g} Hz; this stem lies outside, the laws are extrapolated",
-            summary.regression.decay_per_cycle.lowest, summary.regression.decay_per_cycle.highest,
-            summary.regression.frequency.lowest, summary.regression.frequency.highest));
+            summary.regression.decay_per_cycle.low, summary.regression.decay_per_cycle.high,
+            summary.regression.frequency.low, summary.regression.frequency.high));
     std::vector<Candidate> candidates;
     const auto add = [&candidates](const char* name, const auto& modulus, const auto& damping) {
         if (modulus && damping)

@@ -18,7 +18,6 @@
 #include <algorithm>
 #include <array>
 #include <concepts>
-#include <cstdint>
 #include <functional>
 #include <map>
 #include <optional>
@@ -146,14 +145,18 @@ class KeyTable {
     /// A number, a whole number or a list of numbers; `range` is in the unit of the key.
     template <class Access>
     Key<Options>& key(const std::string& name, Access access, const Interval& range,
-                      const std::string& meaning);
+                      const std::string& meaning) {
+        return add(name, access, range, meaning);
+    }
     /// A word of several.
     template <class Access, class Value, std::size_t Count>
     Key<Options>& key(const std::string& name, Access access, const Choices<Value, Count>& choices,
                       const std::string& meaning);
     /// A text.
     template <class Access>
-    Key<Options>& key(const std::string& name, Access access, const std::string& meaning);
+    Key<Options>& key(const std::string& name, Access access, const std::string& meaning) {
+        return add(name, access, {}, meaning);
+    }
     /// A key whose value has a reader of its own.
     Key<Options>& key(KeyDescription description) {
         description.table = name_;
@@ -196,7 +199,8 @@ class KeyTable {
 
   private:
     template <class Access>
-    Key<Options>& add(const std::string& name, Access access, const std::string& meaning);
+    Key<Options>& add(const std::string& name, Access access, const Interval& range,
+                      const std::string& meaning);
 
     std::string name_;
     std::vector<Key<Options>> keys_;
@@ -231,57 +235,56 @@ template <class T>
         return fmt::format("{}", value);
 }
 
-template <class Options>
-template <class Access>
-Key<Options>& KeyTable<Options>::add(const std::string& name, Access access,
-                                     const std::string& meaning) {
-    const Unit unit = split_key(name).unit.value_or(dimensionless);
-    Key<Options>& row = keys_.emplace_back();
-    row.table = name_;
-    row.name = name;
-    row.unit = unit.name;
-    row.meaning = meaning;
-    row.text = [access, unit](const Options& options) {
-        return member_text(std::invoke(access, options), unit);
-    };
-    return row;
+/// The value of a key in SI; nothing if it is wrong, which is recorded.
+template <class Value>
+[[nodiscard]] std::optional<Value> read_value(const TomlTable& table, const KeyDescription& key) {
+    const std::string allowed = key.allowed();
+    if constexpr (std::same_as<Value, std::string>)
+        return table.text(key.name, allowed);
+    else if constexpr (std::integral<Value>) {
+        const auto whole = table.whole_number(key.name, key.range, allowed);
+        return whole ? std::optional(static_cast<Value>(*whole)) : std::nullopt;
+    } else {
+        const Unit unit = split_key(key.name).unit.value_or(dimensionless);
+        if constexpr (std::same_as<Value, double>) {
+            const auto number = table.number(key.name, key.range, allowed);
+            return number ? std::optional(unit.to_si(*number)) : std::nullopt;
+        } else {
+            Value numbers = table.numbers(key.name, key.range, allowed);
+            for (double& number : numbers)
+                number = unit.to_si(number);
+            return numbers.empty() ? std::nullopt : std::optional(std::move(numbers));
+        }
+    }
 }
 
 template <class Options>
 template <class Access>
-Key<Options>& KeyTable<Options>::key(const std::string& name, Access access, const Interval& range,
+Key<Options>& KeyTable<Options>::add(const std::string& name, Access access, const Interval& range,
                                      const std::string& meaning) {
     using Member = std::remove_cvref_t<std::invoke_result_t<Access, Options&>>;
     using Value = typename MemberValue<Member>::Type;
-    Key<Options>& row = add(name, access, meaning);
-    row.default_text = row.text(Options{});
-    row.range = range;
-    row.kind = std::same_as<Value, std::vector<double>> ? ValueKind::NumberList
-               : std::integral<Value>                   ? ValueKind::WholeNumber
-                                                        : ValueKind::Number;
     const Unit unit = split_key(name).unit.value_or(dimensionless);
-    row.read = [access, unit, name, range, allowed = row.allowed()](const TomlTable& table,
-                                                                    Options& options) {
-        Member& member = std::invoke(access, options);
-        if constexpr (std::same_as<Value, std::vector<double>>) {
-            std::vector<double> values = table.numbers(name, range, allowed);
-            if (values.empty())
-                return false;
-            for (double& value : values)
-                value = unit.to_si(value);
-            member = std::move(values);
-        } else if constexpr (std::integral<Value>) {
-            const auto value = table.whole_number(name, range, allowed);
-            if (!value)
-                return false;
-            member = static_cast<Value>(*value);
-        } else {
-            const auto value = table.number(name, range, allowed);
-            if (!value)
-                return false;
-            member = unit.to_si(*value);
-        }
-        return true;
+    Key<Options>& row =
+        key({.name = name,
+             .kind = std::same_as<Value, std::string>           ? ValueKind::Text
+                     : std::same_as<Value, std::vector<double>> ? ValueKind::NumberList
+                     : std::integral<Value>                     ? ValueKind::WholeNumber
+                                                                : ValueKind::Number,
+             .unit = std::string(unit.name),
+             .range = range,
+             .meaning = meaning});
+    row.text = [access, unit](const Options& options) {
+        return member_text(std::invoke(access, options), unit);
+    };
+    row.default_text = row.text(Options{});
+    row.read = [access, key = static_cast<KeyDescription>(row)](const TomlTable& table,
+                                                                Options& options) {
+        std::optional<Value> value = read_value<Value>(table, key);
+        const bool is_right = value.has_value();
+        if (is_right)
+            std::invoke(access, options) = *std::move(value);
+        return is_right;
     };
     return row;
 }
@@ -291,11 +294,7 @@ template <class Access, class Value, std::size_t Count>
 Key<Options>& KeyTable<Options>::key(const std::string& name, Access access,
                                      const Choices<Value, Count>& choices,
                                      const std::string& meaning) {
-    Key<Options>& row = keys_.emplace_back();
-    row.table = name_;
-    row.name = name;
-    row.kind = ValueKind::Word;
-    row.meaning = meaning;
+    Key<Options>& row = key({.name = name, .kind = ValueKind::Word, .meaning = meaning});
     for (const Choice<Value>& choice : choices)
         row.words.emplace_back(choice.word);
     row.text = [access, choices](const Options& options) {
@@ -308,22 +307,6 @@ Key<Options>& KeyTable<Options>::key(const std::string& name, Access access,
         if (index)
             std::invoke(access, options) = choices[*index].value;
         return index.has_value();
-    };
-    return row;
-}
-
-template <class Options>
-template <class Access>
-Key<Options>& KeyTable<Options>::key(const std::string& name, Access access,
-                                     const std::string& meaning) {
-    Key<Options>& row = add(name, access, meaning);
-    row.kind = ValueKind::Text;
-    row.default_text = row.text(Options{});
-    row.read = [access, name, allowed = row.allowed()](const TomlTable& table, Options& options) {
-        const auto value = table.text(name, allowed);
-        if (value)
-            std::invoke(access, options) = *value;
-        return value.has_value();
     };
     return row;
 }

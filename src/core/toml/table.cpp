@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/toml/table.hpp"
 
-#include "core/decimal_text.hpp"
 #include "core/nearest_name.hpp"
 #include "core/toml/value.hpp"
 #include "core/units.hpp"

@@ -39,7 +39,7 @@ class ColumnsOfEffect {
                models_[first_].spec.effects.size() == base.parts[first_].model.spec.effects.size())
             ++first_;
         for (const fit::FreeParameter& parameter : models_[first_].parameters)
-            if (parameter.access.id.effect == effect.effect->name())
+            if (parameter.access.id.effect == effect.effect->name)
                 own_.push_back(parameter);
         is_seen_as_planar_ = run::dimensions_of(base.parts[first_].model.spec) == 2 &&
                              !fit::planar_models(models_[first_]).empty();
@@ -253,7 +253,7 @@ class ColumnsOfEffect {
     [[nodiscard]] static fit::StemModel moved(fit::StemModel model,
                                               const fit::FreeParameter& parameter, double change) {
         if (std::ranges::none_of(model.spec.effects, [&](const physics::ActiveEffect& active) {
-                return active.effect->name() == parameter.access.id.effect;
+                return active.effect->name == parameter.access.id.effect;
             }))
             return model;
         const double value = parameter.access.get(model.spec);

@@ -16,7 +16,6 @@
 #include "diagnose/evidence/log_evidence.hpp"
 #include "diagnose/models/sharing.hpp"
 
-#include <span>
 #include <string>
 #include <vector>
 

@@ -159,8 +159,7 @@ class EstimatedStarts {
     [[nodiscard]] bool keeps_first_mode(std::size_t e, const PlacedEffect& effect) const {
         const EffectNode& at = node(e, effect.node);
         return (at.columns.front().secant != 0.0 || at.has_offset()) &&
-               base_.candidates[chosen_[e]].effect->dimensions() < 3 &&
-               base_.recordings.size() == 1;
+               base_.candidates[chosen_[e]].effect->dimensions < 3 && base_.recordings.size() == 1;
     }
 
     /// The model with effect number `e`.
@@ -223,7 +222,7 @@ void place_effect(const physics::SelectedEffect& candidate, const EffectColumns&
                   const PlacedEffect& effect, std::size_t recording, fit::StemModel& model) {
     const EffectNode& node = columns.nodes[effect.node];
     const EffectNode& other = columns.nodes[effect.other];
-    const std::string name = candidate.effect->name();
+    const std::string name = candidate.effect->name;
     std::vector<fit::FreeParameter> own;
     std::ranges::copy_if(model.parameters, std::back_inserter(own),
                          [&](const auto& each) { return each.access.id.effect == name; });

@@ -34,7 +34,7 @@ bool contains(const std::vector<std::string>& names, const std::string& name) {
 std::optional<physics::EffectParameter> described(const fit::FreeParameter& parameter,
                                                   const fit::StemModel& model) {
     for (const physics::ActiveEffect& active : model.spec.effects)
-        if (active.effect->name() == parameter.access.id.effect)
+        if (active.effect->name == parameter.access.id.effect)
             for (physics::EffectParameter& each : active.effect->parameters_for(model.spec.stem))
                 if (each.name == parameter.access.id.name)
                     return std::move(each);
@@ -196,18 +196,18 @@ std::vector<std::string> absent_effects(const fit::Fit& fit,
                                         const std::vector<std::string>& given) {
     std::vector<std::string> absent;
     for (const physics::SelectedEffect& selected : fit.effects) {
-        if (contains(given, selected.effect->name()))
+        if (contains(given, selected.effect->name))
             continue;
         bool has_size = false;
         bool is_there = false;
         for (const fit::FittedParameter& parameter : fit.parameters) {
-            if (parameter.id.effect != selected.effect->name() || parameter.is_place)
+            if (parameter.id.effect != selected.effect->name || parameter.is_place)
                 continue;
             has_size = true;
             is_there = is_there || !is_at_absence(parameter);
         }
         if (has_size && !is_there)
-            absent.emplace_back(selected.effect->name());
+            absent.emplace_back(selected.effect->name);
     }
     return absent;
 }
@@ -223,7 +223,7 @@ ModelEvidence evidence_of(const fit::Fit& fit, std::span<const fit::ObservedReco
     for (const fit::Pull& pull : fit.pulls)
         out.squared_pulls += pull.value * pull.value;
     for (const physics::SelectedEffect& effect : fit.effects)
-        out.effects += contains(given, effect.effect->name()) ? 0 : 1;
+        out.effects += contains(given, effect.effect->name) ? 0 : 1;
     const Columns columns =
         add_priors(fit, fit::joint_layout(fit::start_from(fit), recordings), given, held, out);
     add_model_terms(fit.system, columns, out);

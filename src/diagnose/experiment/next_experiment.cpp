@@ -71,7 +71,7 @@ Change revealing(const std::string& what) {
     return {what, [what](run::CaseSpec& spec) {
                 for (physics::ActiveEffect& active : spec.effects)
                     for (const physics::RevealingExperiment& experiment :
-                         active.effect->revealed_by())
+                         active.effect->revealed_by)
                         for (std::size_t k = 0; experiment.what == what && k < active.values.size();
                              ++k)
                             active.values[k] *= experiment.factors.at(k);
@@ -89,14 +89,14 @@ std::vector<Change> changes_for(const std::pair<Rival, Rival>& pair, const run::
                                 known_mass(spec, 0.5),
                                 other_pull(spec, 0.3)};
     // Properties along the stem are relative to its length; a shorter stem has another law.
-    if (std::ranges::none_of(effects, [](const auto& each) { return each->spans_the_stem(); }))
+    if (std::ranges::none_of(effects, [](const auto& each) { return each->spans_the_stem; }))
         changes.push_back(shorter_stem(spec));
     if (1.5 * std::abs(spec.tip_deflection) < largest_pull * spec.stem.free_length())
         changes.push_back(other_pull(spec, 1.5));
     changes.push_back({"film with twice the frame rate", [](run::CaseSpec&) {}, 1.0, 2.0});
     changes.push_back({"film twice as long", [](run::CaseSpec&) {}, 2.0, 1.0});
     for (const physics::EffectPointer& effect : effects)
-        for (const physics::RevealingExperiment& experiment : effect->revealed_by())
+        for (const physics::RevealingExperiment& experiment : effect->revealed_by)
             if (std::ranges::find(changes, experiment.what, &Change::what) == changes.end())
                 changes.push_back(revealing(experiment.what));
     return changes;

@@ -114,8 +114,8 @@ bool can_be_combined(const fit::SelectedEffects& effects) {
     std::set<physics::Family> laws;
     for (const physics::SelectedEffect& selected : effects) {
         pointers.push_back(selected.effect);
-        if (physics::is_one_law(selected.effect->family()) &&
-            !laws.insert(selected.effect->family()).second)
+        if (physics::is_one_law(selected.effect->family) &&
+            !laws.insert(selected.effect->family).second)
             return false;
     }
     try {
@@ -154,7 +154,7 @@ bool contains_all(const fit::SelectedEffects& effects, const fit::SelectedEffect
 }
 
 std::vector<std::size_t> free_parameters(const physics::SelectedEffect& effect) {
-    const std::vector<physics::EffectParameter> parameters = effect.effect->parameters();
+    const std::vector<physics::EffectParameter> parameters = effect.effect->parameters;
     std::vector<std::size_t> free;
     for (std::size_t k = 0; k < parameters.size(); ++k)
         if (parameters[k].calibrated && !effect.fixed[k])

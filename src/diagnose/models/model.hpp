@@ -22,7 +22,7 @@ struct ActingEffect {
     std::vector<double> values;     ///< of a rig's effect: of its parameters, SI units
     bool is_known = false;          ///< the user states that it acts
 
-    [[nodiscard]] std::string name() const { return effect.effect->name(); }
+    [[nodiscard]] std::string name() const { return effect.effect->name; }
     [[nodiscard]] bool is_shared() const { return !rig.empty(); }
     [[nodiscard]] bool acts_in(std::size_t stem) const;
 };

@@ -6,7 +6,6 @@
 #include "core/item_map.hpp"
 #include "diagnose/policy.hpp"
 #include "fit/fit_model.hpp"
-#include "fit/fit_numbers.hpp"
 
 #include <algorithm>
 #include <cstddef>
@@ -14,8 +13,6 @@
 #include <set>
 #include <span>
 #include <string>
-#include <type_traits>
-#include <utility>
 #include <vector>
 
 namespace culm::diagnose {
@@ -43,7 +40,7 @@ struct DiagnosisOptions {
 
     /// Index of the candidate of this name; their number if there is none.
     [[nodiscard]] std::size_t place_of(const std::string& effect) const {
-        const auto is_named = [&](const auto& each) { return each.effect->name() == effect; };
+        const auto is_named = [&](const auto& each) { return each.effect->name == effect; };
         return std::size_t(std::ranges::find_if(candidates, is_named) - candidates.begin());
     }
     void report(const std::string& next) const {

@@ -177,7 +177,7 @@ RigView Linearised::view_of_rig(const std::string& rig, const Model& base,
     const fit::SelectedEffects& candidates = stems_->options().candidates;
     Eigen::Index columns = 0;
     for (std::size_t c = 0; c < candidates.size(); ++c) {
-        out.columns.push_back(candidates[c].effect->belongs_to() == physics::BelongsTo::Rig
+        out.columns.push_back(candidates[c].effect->belongs_to == physics::BelongsTo::Rig
                                   ? first_columns(c, views)
                                   : EffectColumns{"it is of the stem", {}, 0});
         columns += out.columns.back().column_count();

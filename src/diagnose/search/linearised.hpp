@@ -9,8 +9,6 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Core>
-
 namespace culm::diagnose {
 
 /// The candidates of a rig, summed over its stems. Sizes are in units of the first stem that shows

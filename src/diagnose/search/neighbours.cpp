@@ -12,10 +12,10 @@ namespace {
 /// least one recording.
 bool may_be_absent(const fit::Fit& fit, const physics::SelectedEffect& effect,
                    const std::string& recording) {
-    return fit::belongs_to_recording({effect.effect->name(), {}, {}}) &&
+    return fit::belongs_to_recording({effect.effect->name, {}, {}}) &&
            effect.absent_from.size() + 1 < fit.misfits.size() &&
            std::ranges::any_of(fit.parameters, [&](const fit::FittedParameter& parameter) {
-               return parameter.id.effect == effect.effect->name() &&
+               return parameter.id.effect == effect.effect->name &&
                       parameter.id.recording == recording && !parameter.is_place &&
                       (is_absent(parameter) || parameter.is_at_bound);
            });
@@ -27,7 +27,7 @@ std::vector<ActingEffect> shared_instead(const Model& model, std::size_t k, cons
                                          const Stems& stems) {
     std::vector<ActingEffect> effects = model.effects;
     ActingEffect& shared = effects[k] = on_rig(effects[k].effect, rig, stems);
-    const std::vector<physics::EffectParameter> cards = shared.effect.effect->parameters();
+    const std::vector<physics::EffectParameter> cards = shared.effect.effect->parameters;
     for (std::size_t c = 0; c < cards.size(); ++c) {
         double sum = 0.0;
         double count = 0.0;
@@ -65,7 +65,7 @@ std::vector<std::vector<ActingEffect>> neighbours_of(const Model& model, const S
             continue;
         if (model.added() > 1)
             out.push_back(without(model.effects, k));
-        if (!effect.is_shared() && effect.effect.effect->belongs_to() == physics::BelongsTo::Rig)
+        if (!effect.is_shared() && effect.effect.effect->belongs_to == physics::BelongsTo::Rig)
             for (const std::string& rig : stems.rigs())
                 out.push_back(shared_instead(model, k, rig, stems));
         for (const std::string& recording : absences(model, k, stems)) {

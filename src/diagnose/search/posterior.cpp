@@ -241,8 +241,8 @@ void add_explanations(const std::map<Names, Explanation>& sets, double total,
 physics::Family family_of(const DiagnosisOptions& options, const std::string& effect) {
     for (const fit::SelectedEffects* effects : {&options.candidates, &options.known})
         for (const physics::SelectedEffect& each : *effects)
-            if (each.effect->name() == effect)
-                return each.effect->family();
+            if (each.effect->name == effect)
+                return each.effect->family;
     return physics::Family::Own;
 }
 

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <utility>
 
 namespace culm::diagnose {
 namespace {
@@ -47,7 +46,7 @@ std::optional<Prediction> predicted(const Stems& stems, const Linearised& about,
     out.candidates = set;
     out.gain = odds;
     for (const std::size_t c : set)
-        out.added.emplace_back(OwnedEffect(candidates[c].effect->name(), rig), 0.0);
+        out.added.emplace_back(OwnedEffect(candidates[c].effect->name, rig), 0.0);
     std::vector<std::size_t> present;
     for (std::size_t k = 0; k < units.size(); ++k) {
         if (!(presence[k] > present_from))

@@ -104,7 +104,7 @@ class Search {
 
     void add_known(Model& model) const {
         for (const physics::SelectedEffect& each : options_.known) {
-            const bool is_of_rig = each.effect->belongs_to() == physics::BelongsTo::Rig;
+            const bool is_of_rig = each.effect->belongs_to == physics::BelongsTo::Rig;
             std::vector<std::size_t> others = stems_.fitted();
             for (const std::string& rig : stems_.rigs())
                 if (is_of_rig) {
@@ -167,8 +167,8 @@ class Search {
     [[nodiscard]] static std::set<std::string> key_of_stem(const fit::SelectedEffects& effects) {
         std::set<std::string> key;
         for (const physics::SelectedEffect& each : effects)
-            key.insert(fmt::format("{} without {}", each.effect->name(),
-                                   fmt::join(each.absent_from, ", ")));
+            key.insert(
+                fmt::format("{} without {}", each.effect->name, fmt::join(each.absent_from, ", ")));
         return key;
     }
 

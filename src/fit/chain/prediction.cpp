@@ -15,7 +15,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <utility>
-#include <variant>
 #include <vector>
 
 #include <boost/math/quadrature/gauss.hpp>

@@ -186,7 +186,7 @@ constexpr double standard_gravity = 9.80665; // m/s²
 template <class Spec>
 auto& active_values(Spec& spec, const std::string& name) {
     const auto found = std::ranges::find_if(
-        spec.effects, [&name](const auto& active) { return active.effect->name() == name; });
+        spec.effects, [&name](const auto& active) { return active.effect->name == name; });
     if (found == spec.effects.end())
         throw core::InputError(fmt::format("the model does not contain the effect {}", name));
     return found->values;
@@ -217,7 +217,7 @@ double stated_gravity(physics::StatedBy component, const measure::Measurement& m
 /// component of gravity fixes all of it.
 void set_stated_values(const physics::SelectedEffect& selected,
                        const measure::Measurement& measurement, physics::ActiveEffect& active) {
-    const std::vector<physics::EffectParameter> parameters = selected.effect->parameters();
+    const std::vector<physics::EffectParameter> parameters = selected.effect->parameters;
     bool is_gravity_fixed = false;
     for (std::size_t k = 0; k < parameters.size(); ++k)
         is_gravity_fixed |= is_gravity(parameters[k].stated_by) && selected.fixed[k].has_value();
@@ -377,7 +377,7 @@ StemModel baseline_model(const measure::Measurement& measurement, const ChainOpt
 FreeParameter effect_parameter(const physics::Effect& effect,
                                const physics::StemParameters<double>& stem, std::size_t parameter) {
     const physics::EffectParameter described = effect.parameters_for(stem).at(parameter);
-    const std::string name = effect.name();
+    const std::string name = effect.name;
     run::CaseParameter access{
         {name, described.name, {}},
         [name, parameter](const run::CaseSpec& spec) {
@@ -400,7 +400,7 @@ StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
     for (const physics::ActiveEffect& each : model.spec.effects)
         effects.push_back(each.effect);
     physics::check_combination(effects);
-    const std::vector<physics::EffectParameter> parameters = selected.effect->parameters();
+    const std::vector<physics::EffectParameter> parameters = selected.effect->parameters;
     for (std::size_t k = 0; k < parameters.size(); ++k)
         if (parameters[k].calibrated && !selected.fixed[k])
             model.parameters.push_back(effect_parameter(*selected.effect, model.spec.stem, k));
@@ -410,7 +410,7 @@ StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
 SelectedEffects in_library_order(SelectedEffects effects) {
     const std::vector<std::string> names = physics::effect_names();
     std::ranges::stable_sort(effects, {}, [&names](const physics::SelectedEffect& selected) {
-        const std::string name = selected.effect->name(); // a user's effect is not among the names
+        const std::string name = selected.effect->name; // a user's effect is not among the names
         return std::pair(std::ranges::find(names, name), name);
     });
     return effects;
@@ -418,13 +418,13 @@ SelectedEffects in_library_order(SelectedEffects effects) {
 
 bool contains(const SelectedEffects& effects, const physics::SelectedEffect& wanted) {
     return std::ranges::any_of(
-        effects, [&](const auto& each) { return each.effect->name() == wanted.effect->name(); });
+        effects, [&](const auto& each) { return each.effect->name == wanted.effect->name; });
 }
 
 std::vector<std::string> model_names(const SelectedEffects& effects) {
     std::vector<std::string> names{"baseline"};
     for (const physics::SelectedEffect& selected : effects)
-        names.push_back(selected.effect->name());
+        names.push_back(selected.effect->name);
     return names;
 }
 
@@ -441,7 +441,7 @@ StemModel candidate_model(const StemModel& baseline, const SelectedEffects& effe
 bool is_nested(const StemModel& model) {
     return std::ranges::all_of(model.spec.effects, [&model](const auto& active) {
         return std::ranges::any_of(model.parameters, [&](const auto& parameter) {
-            return parameter.access.id.effect == active.effect->name() && !parameter.is_place;
+            return parameter.access.id.effect == active.effect->name && !parameter.is_place;
         });
     });
 }
@@ -467,16 +467,16 @@ SelectedEffects candidate_effects(std::span<const measure::Measurement> recordin
     };
     SelectedEffects candidates;
     for (const physics::EffectPointer& effect : physics::all_effects()) {
-        if (effect->is_of_the_release() && std::ranges::any_of(recordings, is_moving))
+        if (effect->is_of_the_release && std::ranges::any_of(recordings, is_moving))
             continue;
-        if (effect->is_of_the_camera() && std::ranges::none_of(recordings, has_camera))
+        if (effect->is_of_the_camera && std::ranges::none_of(recordings, has_camera))
             continue;
         const bool needs_direction = std::ranges::any_of(
-            effect->parameters(), [](const auto& of) { return is_gravity(of.stated_by); });
+            effect->parameters, [](const auto& of) { return is_gravity(of.stated_by); });
         if (needs_direction && std::ranges::any_of(recordings, has_no_direction))
             continue;
         candidates.push_back(
-            {effect, std::vector<std::optional<double>>(effect->parameters().size())});
+            {effect, std::vector<std::optional<double>>(effect->parameters.size())});
     }
     return candidates;
 }

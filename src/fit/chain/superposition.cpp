@@ -19,7 +19,7 @@ struct Parts {
 
 Parts parts_of(const run::CaseSpec& spec) {
     for (const physics::ActiveEffect& active : spec.effects)
-        if (auto parts = active.effect->planar_parts(active.values); !parts.empty())
+        if (auto parts = active.effect->planar_parts_of(active.values); !parts.empty())
             return {&active, std::move(parts)};
     return {};
 }
@@ -45,7 +45,7 @@ std::vector<physics::PlanarPart> derivative_of_parts(const StemModel& model,
 }
 
 bool is_of(const FreeParameter& parameter, const physics::Effect& effect) {
-    return parameter.access.id.effect == effect.name();
+    return parameter.access.id.effect == effect.name;
 }
 
 /// Adds the derivatives of one part to those of the sum. `part_derivatives`: by the effect's

@@ -4,7 +4,6 @@
 #include "measure/folder/stem_section.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <utility>
 

@@ -144,13 +144,11 @@ void describe_window(To& to, const Track& track) {
     });
 }
 
+} // namespace
+
 /// track.json.
-struct TrackFile {
-    core::Viewed<Track> track;
-};
 template <class To>
-void describe(To& to, const TrackFile& of) {
-    const Track& track = *of.track;
+void describe(To& to, const Track& track) {
     const StemSurvey& survey = track.survey;
     to("stem", track.measurement.stem.id);
     to("source", track.settings.frames);
@@ -175,8 +173,6 @@ void describe(To& to, const TrackFile& of) {
     to("remarks", track.remarks);
 }
 
-} // namespace
-
 const char* up_name(Up up) {
     return up_names.at(static_cast<std::size_t>(up));
 }
@@ -193,11 +189,11 @@ const char* positive_side(const Track& track) {
 }
 
 nlohmann::json track_json(const Track& track) {
-    return core::json_of(TrackFile{track});
+    return core::json_of(track);
 }
 
 nlohmann::json track_schema() {
-    return core::schema_of<TrackFile>();
+    return core::schema_of<Track>();
 }
 
 std::string summary_text(const Track& track) {

@@ -21,14 +21,14 @@ bool is_one_law(Family family) {
 }
 
 std::vector<EffectParameter> Effect::parameters_for(const StemParameters<double>& stem) const {
-    std::vector<EffectParameter> parameters = card_.parameters;
+    std::vector<EffectParameter> suited = parameters;
     if (suit_ != nullptr)
-        suit_(stem, parameters);
-    return parameters;
+        suit_(stem, suited);
+    return suited;
 }
 
-std::vector<PlanarPart> Effect::planar_parts(std::span<const double> values) const {
-    return card_.planar_parts == nullptr ? std::vector<PlanarPart>() : card_.planar_parts(values);
+std::vector<PlanarPart> Effect::planar_parts_of(std::span<const double> values) const {
+    return planar_parts == nullptr ? std::vector<PlanarPart>() : planar_parts(values);
 }
 
 } // namespace culm::physics

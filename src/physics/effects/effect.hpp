@@ -208,43 +208,24 @@ struct EffectCard {
     std::vector<PlanarPart> (*planar_parts)(std::span<const double> values) = nullptr;
 };
 
-/// One effect of the library or of a user. Immutable.
-class Effect {
+/// One effect of the library or of a user: its card, and what it does.
+class Effect : public EffectCard {
   public:
     Effect(EffectCard card, ApplyEffect how, SuitParameters suit)
-        : card_(std::move(card)), apply_(std::move(how)), suit_(suit) {}
-
-    // Members of the card.
-    [[nodiscard]] std::string name() const { return card_.name; }
-    [[nodiscard]] Family family() const { return card_.family; }
-    [[nodiscard]] std::string summary() const { return card_.summary; }
-    [[nodiscard]] std::string law() const { return card_.law; }
-    [[nodiscard]] std::string source() const { return card_.source; }
-    [[nodiscard]] std::string signature() const { return card_.signature; }
-    [[nodiscard]] std::string remedy() const { return card_.remedy; }
-    [[nodiscard]] std::string energy() const { return card_.energy; }
-    [[nodiscard]] std::vector<EffectParameter> parameters() const { return card_.parameters; }
-    [[nodiscard]] std::vector<std::string> excludes() const { return card_.excludes; }
-    [[nodiscard]] int dimensions() const { return card_.dimensions; }
-    [[nodiscard]] BelongsTo belongs_to() const { return card_.belongs_to; }
-    [[nodiscard]] std::vector<RevealingExperiment> revealed_by() const { return card_.revealed_by; }
-    [[nodiscard]] bool spans_the_stem() const { return card_.spans_the_stem; }
-    [[nodiscard]] bool is_of_the_release() const { return card_.is_of_the_release; }
-    [[nodiscard]] bool is_of_the_camera() const { return card_.is_of_the_camera; }
+        : EffectCard(std::move(card)), apply_(std::move(how)), suit_(suit) {}
 
     /// The parameters with defaults, bounds and scales for one stem, which define the start and the
-    /// range of a fit. The bounds lie within those of parameters(), which are valid for every stem.
+    /// range of a fit. The bounds lie within those of `parameters`, which are valid for every stem.
     [[nodiscard]] std::vector<EffectParameter>
     parameters_for(const StemParameters<double>& stem) const;
     /// The card's planar parts; empty if the effect acts in the plane.
-    [[nodiscard]] std::vector<PlanarPart> planar_parts(std::span<const double> values) const;
-    /// Adds the effect; `values` in the order of parameters().
+    [[nodiscard]] std::vector<PlanarPart> planar_parts_of(std::span<const double> values) const;
+    /// Adds the effect; `values` in the order of `parameters`.
     void apply(std::span<const double> values, EffectTarget& target) const {
         apply_(values, target);
     }
 
   private:
-    EffectCard card_;
     ApplyEffect apply_;
     SuitParameters suit_;
 };

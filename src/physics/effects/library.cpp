@@ -9,7 +9,6 @@
 #include <functional>
 #include <map>
 #include <stdexcept>
-#include <utility>
 
 #include <fmt/format.h>
 
@@ -53,13 +52,13 @@ std::vector<EffectPointer> all_effects() {
 std::vector<std::string> effect_names() {
     std::vector<std::string> names;
     for (const EffectPointer& effect : all_effects())
-        names.push_back(effect->name());
+        names.push_back(effect->name);
     return names;
 }
 
 EffectPointer effect_named(std::string_view name) {
     for (const EffectPointer& effect : all_effects())
-        if (effect->name() == name)
+        if (effect->name == name)
             return effect;
     throw core::InputError(
         fmt::format("there is no effect \"{}\"{}; `culm effects` lists those there are", name,
@@ -70,7 +69,7 @@ BelongsTo belongs_to(std::string_view name) {
     static const auto owners = [] {
         std::map<std::string, BelongsTo, std::less<>> map;
         for (const EffectPointer& effect : all_effects())
-            map.emplace(effect->name(), effect->belongs_to());
+            map.emplace(effect->name, effect->belongs_to);
         return map;
     }();
     const auto found = owners.find(name);
@@ -80,27 +79,27 @@ BelongsTo belongs_to(std::string_view name) {
 std::optional<EffectParameter> parameter_named(std::span<const ActiveEffect> effects,
                                                const ParameterId& id) {
     for (const ActiveEffect& active : effects)
-        if (active.effect->name() == id.effect)
-            for (EffectParameter& parameter : active.effect->parameters())
+        if (active.effect->name == id.effect)
+            for (const EffectParameter& parameter : active.effect->parameters)
                 if (parameter.name == id.name)
-                    return std::move(parameter);
+                    return parameter;
     return std::nullopt;
 }
 
 void check_combination(std::span<const EffectPointer> effects) {
     std::vector<std::string> names;
     for (const EffectPointer& effect : effects) {
-        if (std::ranges::find(names, effect->name()) != names.end())
+        if (std::ranges::find(names, effect->name) != names.end())
             throw core::InputError(
-                fmt::format("effect {} is named twice; once is enough", effect->name()));
-        names.push_back(effect->name());
+                fmt::format("effect {} is named twice; once is enough", effect->name));
+        names.push_back(effect->name);
     }
     for (const EffectPointer& effect : effects)
-        for (const std::string& other : effect->excludes())
+        for (const std::string& other : effect->excludes)
             if (std::ranges::find(names, other) != names.end())
                 throw core::InputError(fmt::format(
                     "effects {0} and {1} cannot be combined: {0} contains {1}; leave {1} out",
-                    effect->name(), other));
+                    effect->name, other));
 }
 
 void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target) {
@@ -115,10 +114,10 @@ void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target) 
     // In the order of the library, so that the model does not depend on the order in which the user
     // names the effects; a user's effect has its place past the end.
     std::ranges::stable_sort(ordered, {}, [&](const ActiveEffect* active) {
-        return std::ranges::find(names, active->effect->name());
+        return std::ranges::find(names, active->effect->name);
     });
     for (const ActiveEffect* active : ordered) {
-        if (active->values.size() != active->effect->parameters().size())
+        if (active->values.size() != active->effect->parameters.size())
             throw std::logic_error("an effect needs a value for each of its parameters");
         active->effect->apply(active->values, target);
     }
@@ -128,7 +127,7 @@ void apply_effects(std::span<const ActiveEffect> effects, EffectTarget& target) 
 std::string value_fault(const Effect& effect, const EffectParameter& parameter, double value) {
     if (value >= parameter.lower && value <= parameter.upper)
         return "";
-    return fmt::format("{}.{} = {}: must be a number from {} to {}{}{}", effect.name(),
+    return fmt::format("{}.{} = {}: must be a number from {} to {}{}{}", effect.name,
                        parameter.name, value, parameter.lower, parameter.upper,
                        parameter.unit.empty() ? "" : " ", parameter.unit);
 }

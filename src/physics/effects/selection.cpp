@@ -45,14 +45,13 @@ std::vector<std::string_view> split(std::string_view text) {
 
 std::size_t parameter_index(const Effect& effect, std::string_view name) {
     std::vector<std::string> names;
-    for (const EffectParameter& parameter : effect.parameters())
+    for (const EffectParameter& parameter : effect.parameters)
         names.push_back(parameter.name);
     for (std::size_t k = 0; k < names.size(); ++k)
         if (names[k] == name)
             return k;
-    throw core::InputError(fmt::format("{} has no parameter \"{}\"{}; it has {}", effect.name(),
-                                       name, core::did_you_mean(name, names),
-                                       fmt::join(names, ", ")));
+    throw core::InputError(fmt::format("{} has no parameter \"{}\"{}; it has {}", effect.name, name,
+                                       core::did_you_mean(name, names), fmt::join(names, ", ")));
 }
 
 double number(std::string_view text, std::string_view whole) {
@@ -70,7 +69,7 @@ void fix_values(std::string_view assignments, std::string_view whole, SelectedEf
         if (equals == std::string_view::npos)
             refuse(whole, fmt::format("\"{}\" is not parameter=value", part));
         const std::size_t k = parameter_index(*selected.effect, trimmed(part.substr(0, equals)));
-        const EffectParameter parameter = selected.effect->parameters()[k];
+        const EffectParameter parameter = selected.effect->parameters[k];
         if (selected.fixed[k])
             refuse(whole, fmt::format("{} is given twice", parameter.name));
         selected.fixed[k] = number(trimmed(part.substr(equals + 1)), whole);
@@ -94,7 +93,7 @@ SelectedEffect parse_effect(std::string_view text, const EffectFileReader& read)
         refuse(whole, "no name");
     SelectedEffect selected;
     selected.effect = is_effect_file(name) ? read(std::string(name)) : effect_named(name);
-    selected.fixed.resize(selected.effect->parameters().size());
+    selected.fixed.resize(selected.effect->parameters.size());
     if (open == std::string_view::npos)
         return selected;
     if (whole.back() != ')')
@@ -125,14 +124,14 @@ std::vector<SelectedEffect> parse_effects(std::string_view text, const EffectFil
 }
 
 std::string to_string(const SelectedEffect& selected) {
-    const std::vector<EffectParameter> parameters = selected.effect->parameters();
+    const std::vector<EffectParameter> parameters = selected.effect->parameters;
     std::vector<std::string> fixed;
     for (std::size_t k = 0; k < parameters.size(); ++k)
         if (selected.fixed[k])
             fixed.push_back(fmt::format("{}={}", parameters[k].name, *selected.fixed[k]));
     if (fixed.empty())
-        return selected.effect->name();
-    return fmt::format("{}({})", selected.effect->name(), fmt::join(fixed, ","));
+        return selected.effect->name;
+    return fmt::format("{}({})", selected.effect->name, fmt::join(fixed, ","));
 }
 
 ActiveEffect with_defaults(const SelectedEffect& selected, const StemParameters<double>& stem) {

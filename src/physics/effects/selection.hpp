@@ -15,7 +15,7 @@ namespace culm::physics {
 /// An effect that a user asked for; a value for each parameter that the user fixed.
 struct SelectedEffect {
     EffectPointer effect;
-    std::vector<std::optional<double>> fixed;  ///< in the order of effect->parameters()
+    std::vector<std::optional<double>> fixed;  ///< in the order of effect->parameters
     std::vector<std::string> absent_from = {}; ///< ids of recordings in which it does not act
 };
 

@@ -136,7 +136,7 @@ void add_former_keys(const StudyConfig& config, Lines& lines) {
 void add_effects(const StudyConfig& config, Lines& lines) {
     // With the law, because a user's formula may change under the same name.
     for (const physics::SelectedEffect& selected : config.effects.selected())
-        lines[fmt::format("effects.{}", selected.effect->name())] = selected.effect->law();
+        lines[fmt::format("effects.{}", selected.effect->name)] = selected.effect->law;
     for (const auto& row : config.effects.rows()) {
         const EffectPlace place = *row->parameter.effect;
         if (!is_factor(config, row->key))

@@ -4,10 +4,8 @@
 #include "physics/bond_law_options.hpp"
 #include "study/config/parameters.hpp"
 
-#include <cmath>
 #include <limits>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include <fmt/format.h>

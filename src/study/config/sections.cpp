@@ -9,7 +9,6 @@
 #include "study/config/study_effects.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <filesystem>
 #include <set>

@@ -7,7 +7,6 @@
 #include "archive/point_record.hpp"
 #include "archive/study/description.hpp"
 #include "archive/study/file.hpp"
-#include "study/execute/journal_notes.hpp"
 #include "study/execute/study_folder.hpp"
 
 #include <algorithm>

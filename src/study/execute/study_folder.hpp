@@ -5,7 +5,6 @@
 #include "archive/file_descriptor.hpp"
 
 #include <filesystem>
-#include <string>
 
 namespace culm::study {
 

@@ -8,10 +8,8 @@
 #include "study/config/study_config.hpp"
 #include "study/execute/point_results.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <map>

@@ -53,17 +53,17 @@ TEST(Library, HasTheEffectsOfTheDesign) {
 
 TEST(Library, EveryEffectSaysWhatItIsWhatOneSeesAndWhatToDo) {
     for (const EffectPointer& effect : all_effects()) {
-        for (const std::string& text : {effect->summary(), effect->law(), effect->source(),
-                                        effect->signature(), effect->remedy(), effect->energy()})
-            EXPECT_GT(text.size(), 15U) << effect->name() << ": " << text;
-        EXPECT_NE(effect->summary().back(), '.') << effect->name();
-        EXPECT_FALSE(effect->parameters().empty()) << effect->name();
-        EXPECT_NE(effect->family(), Family::Own) << effect->name();
+        for (const std::string& text : {effect->summary, effect->law, effect->source,
+                                        effect->signature, effect->remedy, effect->energy})
+            EXPECT_GT(text.size(), 15U) << effect->name << ": " << text;
+        EXPECT_NE(effect->summary.back(), '.') << effect->name;
+        EXPECT_FALSE(effect->parameters.empty()) << effect->name;
+        EXPECT_NE(effect->family, Family::Own) << effect->name;
     }
 }
 
 void expect_sound(const Effect& effect, const EffectParameter& parameter) {
-    const std::string name = effect.name() + "." + parameter.name;
+    const std::string name = effect.name + "." + parameter.name;
     EXPECT_LT(parameter.lower, parameter.upper) << name;
     EXPECT_GE(parameter.default_value, parameter.lower) << name;
     EXPECT_LE(parameter.default_value, parameter.upper) << name;
@@ -75,7 +75,7 @@ void expect_sound(const Effect& effect, const EffectParameter& parameter) {
 TEST(Library, DefaultsLieWithinTheirBoundsAndNamesAreUnique) {
     for (const EffectPointer& effect : all_effects()) {
         std::set<std::string> names;
-        for (const EffectParameter& parameter : effect->parameters()) {
+        for (const EffectParameter& parameter : effect->parameters) {
             expect_sound(*effect, parameter);
             EXPECT_TRUE(names.insert(parameter.name).second) << parameter.name;
         }
@@ -94,7 +94,7 @@ TEST(Library, ParametersThatSuitAStemLieWithinThoseForAllStems) {
     for (const auto& stem : {StemParameters<double>{}, silicone, hair})
         for (const EffectPointer& effect : all_effects()) {
             const auto suited = effect->parameters_for(stem);
-            const auto parameters = effect->parameters();
+            const auto parameters = effect->parameters;
             ASSERT_EQ(suited.size(), parameters.size());
             for (std::size_t k = 0; k < suited.size(); ++k) {
                 expect_sound(*effect, suited[k]);
@@ -110,11 +110,11 @@ TEST(Library, EveryEffectChangesTheModelOrTheCamera) {
     ASSERT_TRUE(none.model.is_plain());
     for (const EffectPointer& effect : all_effects()) {
         const SelectedEffect selected{
-            effect, std::vector<std::optional<double>>(effect->parameters().size())};
+            effect, std::vector<std::optional<double>>(effect->parameters.size())};
         const EffectBench bench({with_defaults(selected, StemParameters<double>{})});
         const bool has_weight = bench.model.gravity[0] != 0.0;
         EXPECT_TRUE(!bench.model.is_plain() || has_weight || bench.camera != none.camera)
-            << effect->name();
+            << effect->name;
     }
 }
 

@@ -155,7 +155,7 @@ TEST(Mistake, IsFoundEvenIfAParserWouldAcceptIt) {
 
 TEST(UserEffect, BecomesALawOfTheChain) {
     const EffectPointer effect = make_user_effect(any_power_drag());
-    EXPECT_EQ(effect->law(), "sideways force per length, N/m: -c*abs(v)^p*sign(v)");
+    EXPECT_EQ(effect->law, "sideways force per length, N/m: -c*abs(v)^p*sign(v)");
     EffectBench bench({{effect, {1e-3, 2.0}}, active("taper", {0.1})});
     ASSERT_EQ(bench.model.user_laws.size(), 1U);
     const UserLaw<double>& law = bench.model.user_laws[0];

@@ -43,7 +43,7 @@ class EveryEffect : public testing::TestWithParam<std::string> {
         CaseSpec spec = coarse_case();
         const physics::EffectPointer effect = physics::effect_named(GetParam());
         const physics::SelectedEffect selected{
-            effect, std::vector<std::optional<double>>(effect->parameters().size())};
+            effect, std::vector<std::optional<double>>(effect->parameters.size())};
         spec.effects = {physics::with_defaults(selected, spec.stem)};
         return spec;
     }
@@ -121,7 +121,7 @@ TEST_P(EveryEffect, HasTheDerivativesOfItsParameters) {
     std::vector<CaseParameter> parameters;
     for (std::size_t p = 0; p < described.size(); ++p)
         parameters.push_back(
-            {{spec.effects.front().effect->name(), described[p].name, {}},
+            {{spec.effects.front().effect->name, described[p].name, {}},
              [p](const CaseSpec& of) { return of.effects.front().values[p]; },
              [p](CaseSpec& of, double value) { of.effects.front().values[p] = value; },
              described[p].scale});

@@ -59,7 +59,7 @@ std::vector<double> numbers_of(const CaseSpec& spec) {
 
 physics::ActiveEffect usual(const physics::EffectPointer& effect, const CaseSpec& spec) {
     return physics::with_defaults(
-        {effect, std::vector<std::optional<double>>(effect->parameters().size())}, spec.stem);
+        {effect, std::vector<std::optional<double>>(effect->parameters.size())}, spec.stem);
 }
 
 CaseSpec with_a_mass() {
@@ -73,15 +73,15 @@ TEST(TwoEffects, MakeTheSameModelInEitherOrder) {
     CaseSpec spec = with_a_mass();
     for (const physics::EffectPointer& first : physics::all_effects())
         for (const physics::EffectPointer& second : physics::all_effects()) {
-            const std::vector<std::string> excluded = first->excludes();
-            const std::vector<std::string> refused = second->excludes();
-            if (first == second || std::ranges::find(excluded, second->name()) != excluded.end() ||
-                std::ranges::find(refused, first->name()) != refused.end())
+            const std::vector<std::string> excluded = first->excludes;
+            const std::vector<std::string> refused = second->excludes;
+            if (first == second || std::ranges::find(excluded, second->name) != excluded.end() ||
+                std::ranges::find(refused, first->name) != refused.end())
                 continue;
             spec.effects = {usual(first, spec), usual(second, spec)};
             const std::vector<double> numbers = numbers_of(spec);
             std::swap(spec.effects.front(), spec.effects.back());
-            EXPECT_EQ(numbers, numbers_of(spec)) << first->name() << " and " << second->name();
+            EXPECT_EQ(numbers, numbers_of(spec)) << first->name << " and " << second->name;
             ++pairs;
         }
     EXPECT_GT(pairs, 300);
@@ -102,7 +102,7 @@ TEST(AddedMass, IsNotChangedByEffects) {
             more += heavy.chain.spheres[i].mass;
         }
         // Rounding of a sum of nine masses.
-        EXPECT_NEAR(more - before, mass, 1e-14 * more) << effect->name();
+        EXPECT_NEAR(more - before, mass, 1e-14 * more) << effect->name;
     }
 }
 

@@ -97,7 +97,7 @@ class EnergyOf : public testing::TestWithParam<std::string> {
         CaseSpec spec = energy_case();
         const physics::EffectPointer effect = physics::effect_named(GetParam());
         const physics::SelectedEffect selected{
-            effect, std::vector<std::optional<double>>(effect->parameters().size())};
+            effect, std::vector<std::optional<double>>(effect->parameters.size())};
         spec.effects = {physics::with_defaults(selected, spec.stem)};
         return dimensions_of(spec) == 2 ? account_of<2>(spec) : account_of<3>(spec);
     }
