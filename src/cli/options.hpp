@@ -10,7 +10,6 @@
 #include <string>
 
 #include <CLI/CLI.hpp>
-
 #include <nlohmann/json_fwd.hpp>
 
 namespace culm::cli {
