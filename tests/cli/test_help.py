@@ -11,7 +11,7 @@ from culm_program import BAD_INPUT, DONE, PROGRAM, CulmTest
 DOCUMENT = Path(__file__).resolve().parents[2] / "docs" / "cli.md"
 BEGIN, END = "<!-- tests/cli/command_reference.py -->\n", "<!-- end -->\n"
 COMMANDS = ("run", "reduce", "simulate", "import", "effects", "keys", "fit", "setup", "track",
-            "calibrate", "compare", "diagnose", "report", "export")
+            "calibrate", "compare", "diagnose", "report", "export", "schema")
 NESTED = tuple(f"archive {name}" for name in ("info", "status", "verify", "merge"))
 NESTED += ("jobs slurm", "jobs pbs")
 

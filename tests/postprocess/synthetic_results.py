@@ -45,13 +45,9 @@ def group(**place):
     return {"readings": 60, "rms_mm": 0.1, "mean_mm": 0.01, "rms_over_noise": 2.5, **place}
 
 
-def plain(value):
-    return {"value": value, "stderr": 0.01}
-
-
 def window(amplitude, decay):
-    return {"amplitude_mm": amplitude, "frequency_hz": plain(60.0), "b1_per_cycle": plain(decay),
-            "rest_mm": plain(0.0)}
+    return {"amplitude_mm": amplitude, "frequency_hz": estimate(60.0), "b1_per_cycle": estimate(decay),
+            "rest_mm": estimate(0.0)}
 
 
 def where(predicted, decay):
@@ -69,8 +65,8 @@ def where(predicted, decay):
              "modelled": window(10.0, decay)},
             {"begin_s": 0.08, "end_s": 0.16, "measured": window(3.0, -0.15), "modelled": None},
             {"begin_s": 0.16, "end_s": 0.24, "measured": None, "modelled": None}],
-        "banding": {"heights": [{"height_mm": 50.0, "measured": plain(-0.2),
-                                 "modelled": plain(decay)},
+        "banding": {"heights": [{"height_mm": 50.0, "measured": estimate(-0.2),
+                                 "modelled": estimate(decay)},
                                 {"height_mm": 100.0, "measured": None, "modelled": None}],
                     "measured": None, "modelled": None},
         "structure": {"thirds": [third] * 3, "shares": {
@@ -245,9 +241,10 @@ def calibrated(name, adequate=True):
 
 
 def calibration(names=("S1", "S2")):
-    spread = {"mean": 1.0, "standard_deviation": 0.1, "median": 1.0, "lowest": 0.9, "highest": 1.1,
-              "central_90_percent": [0.9, 1.1], "central_90_percent_lower_interval": [0.8, 0.95],
-              "central_90_percent_upper_interval": [1.05, 1.2]}
+    spread = {"count": 2, "mean": 1.0, "mean_interval": [0.8, 1.2], "standard_deviation": 0.1,
+              "standard_deviation_interval": [0.05, 0.3], "lowest": 0.9, "median": 1.0,
+              "highest": 1.1, "central_90_percent": [0.9, 1.1],
+              "histogram": {"edges": [0.9, 1.0, 1.1], "counts": [1, 1]}}
     population = {"stems": len(names), "failed": 1, "something_missing": 0,
                   **{key: spread for key in ("bond_youngs_modulus_pa", "bond_damping",
                                              "b1_per_cycle", "b2_hz")}}
