@@ -244,6 +244,8 @@ def calibration(names=("S1", "S2")):
     spread = {"count": 2, "mean": 1.0, "mean_interval": [0.8, 1.2], "standard_deviation": 0.1,
               "standard_deviation_interval": [0.05, 0.3], "lowest": 0.9, "median": 1.0,
               "highest": 1.1, "central_90_percent": [0.9, 1.1],
+              "central_90_percent_lower_interval": [0.8, 0.95],
+              "central_90_percent_upper_interval": [1.05, 1.2],
               "histogram": {"edges": [0.9, 1.0, 1.1], "counts": [1, 1]}}
     population = {"stems": len(names), "failed": 1, "something_missing": 0,
                   **{key: spread for key in ("bond_youngs_modulus_pa", "bond_damping",
