@@ -174,10 +174,9 @@ def _add_population(section: Section, laboratory: Laboratory):
     for quantity in QUANTITIES:
         name, member, unit, factor, shown_unit = quantity
         label = f"{name}, {shown_unit}" if shown_unit else name
-        means = [_scaled(population[side][f"mean_{member}{unit}"], factor)
-                 for side, _, _, _ in SIDES]
-        scatters = [_scaled(population[side][f"{member}_standard_deviation{unit}"], factor)
-                    for side, _, _, _ in SIDES]
+        samples = [population[side][f"bond_{member}{unit}"] for side, _, _, _ in SIDES]
+        means = [_scaled(sample["mean"], factor) for sample in samples]
+        scatters = [_scaled(sample["standard_deviation"], factor) for sample in samples]
         change = 100.0 * (means[1] / means[0] - 1.0) if means[0] else math.nan
         section.paragraph(f"{name}: mean {shown(means[0])} {shown_unit}".rstrip() +
                           f", scatter {shown(scatters[0], 3)} before; {shown(means[1])}, "

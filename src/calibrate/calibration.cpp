@@ -6,10 +6,7 @@
 #include "residuals/swing.hpp"
 #include "run/modes.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <cstdint>
-#include <random>
 #include <vector>
 
 #include <fmt/core.h>
@@ -102,17 +99,6 @@ fit::Fit fitted(const measure::Measurement& measurement, const CalibrationOption
     return model;
 }
 
-/// A whole number below `count`, the same on every standard library (a bias of count/2⁶⁴).
-std::size_t draw_below(std::mt19937_64& generator, std::size_t count) {
-    __extension__ using Wide = unsigned __int128;
-    return static_cast<std::size_t>((static_cast<Wide>(generator()) * count) >> 64U);
-}
-
-reduce::Bounds central_95_percent(std::vector<double> values) {
-    std::ranges::sort(values);
-    return {reduce::quantile(values, 0.025), reduce::quantile(values, 0.975)};
-}
-
 } // namespace
 
 CalibrationCheck check_calibration(const fit::StemModel& model,
@@ -159,29 +145,6 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
             result.check_failure = error.what();
         }
     }
-    return result;
-}
-
-CentralRange central_range(std::span<const double> values, int resamples) {
-    CentralRange result;
-    result.sample = reduce::summarise(values);
-    result.lower_interval = result.upper_interval = result.sample.central_90_percent;
-    if (values.size() < 2)
-        return result;
-    constexpr std::uint64_t seed = 2019; // arbitrary
-    std::mt19937_64 generator(seed);
-    std::vector<double> lower;
-    std::vector<double> upper;
-    std::vector<double> drawn(values.size());
-    for (int k = 0; k < resamples; ++k) {
-        for (double& value : drawn)
-            value = values[draw_below(generator, values.size())];
-        std::ranges::sort(drawn);
-        lower.push_back(reduce::quantile(drawn, 0.05));
-        upper.push_back(reduce::quantile(drawn, 0.95));
-    }
-    result.lower_interval = central_95_percent(std::move(lower));
-    result.upper_interval = central_95_percent(std::move(upper));
     return result;
 }
 

@@ -6,12 +6,10 @@
 #include "fit/solve/uncertainty_budget.hpp"
 #include "integrate/modes.hpp"
 #include "physics/effects/selection.hpp"
-#include "reduce/population_statistics.hpp"
 #include "reduce/ring_down/stem_ring_downs.hpp"
 
 #include <cmath>
 #include <optional>
-#include <span>
 #include <string>
 #include <vector>
 
@@ -74,25 +72,5 @@ struct Calibration {
 /// bound, where its values are not a calibration.
 [[nodiscard]] Calibration calibrate_stem(const measure::Measurement& measurement,
                                          const CalibrationOptions& options = {});
-
-/// "90 % of the stems lie in lower … upper", with the 95 % range of either end over resampled
-/// populations.
-struct CentralRange {
-    reduce::SampleSummary sample;
-    reduce::Bounds lower_interval; ///< of the lower end of its central_90_percent, 95 %
-    reduce::Bounds upper_interval;
-};
-
-template <class To>
-void describe(To& to, const CentralRange& found) {
-    describe(to, found.sample);
-    to("central_90_percent_lower_interval", found.lower_interval, "by bootstrap");
-    to("central_90_percent_upper_interval", found.upper_interval, "by bootstrap");
-}
-
-/// Quantiles with percentile bootstrap intervals (Efron 1979): `resamples` populations of the same
-/// size drawn with replacement by a generator of fixed seed, so that the result is reproducible.
-/// For few stems the ends are close to the extreme values, and the intervals are wide.
-[[nodiscard]] CentralRange central_range(std::span<const double> values, int resamples = 4000);
 
 } // namespace culm::calibrate

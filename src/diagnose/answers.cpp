@@ -272,9 +272,7 @@ Population population_of(const std::vector<StemAnswer>& stems, StemNumbers StemA
         }
     if (moduli.size() < 2)
         return {};
-    const reduce::SampleSummary modulus = reduce::summarise(moduli);
-    const reduce::SampleSummary damping = reduce::summarise(dampings);
-    return {modulus.mean, modulus.standard_deviation, damping.mean, damping.standard_deviation,
+    return {reduce::summarise(moduli), reduce::summarise(dampings),
             reduce::fit_line(moduli, dampings).correlation};
 }
 

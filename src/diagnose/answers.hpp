@@ -3,6 +3,7 @@
 #pragma once
 
 #include "diagnose/search/posterior.hpp"
+#include "reduce/population_statistics.hpp"
 
 #include <limits>
 #include <string>
@@ -83,19 +84,15 @@ struct StemAnswer {
 
 /// Y and β over the stems.
 struct Population {
-    double mean_modulus = 0.0;    ///< Pa
-    double modulus_scatter = 0.0; ///< standard deviation, Pa
-    double mean_damping = 0.0;
-    double damping_scatter = 0.0;
+    reduce::SampleSummary bond_youngs_modulus; ///< Pa
+    reduce::SampleSummary bond_damping;
     double correlation = 0.0; ///< Pearson's, of Y and β
 };
 
 template <class To>
 void describe(To& to, const Population& population) {
-    to("mean_youngs_modulus_pa", population.mean_modulus);
-    to("youngs_modulus_standard_deviation_pa", population.modulus_scatter);
-    to("mean_damping", population.mean_damping);
-    to("damping_standard_deviation", population.damping_scatter);
+    to("bond_youngs_modulus_pa", population.bond_youngs_modulus);
+    to("bond_damping", population.bond_damping);
     to("correlation", population.correlation);
 }
 

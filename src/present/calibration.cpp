@@ -5,7 +5,6 @@
 #include "present/parameters.hpp"
 #include "present/text.hpp"
 
-#include <algorithm>
 #include <vector>
 
 #include <fmt/format.h>
@@ -174,36 +173,7 @@ std::string study_calibration_text(const calibrate::StudyCalibration& found,
     return text;
 }
 
-StemNumbers numbers_of(const calibrate::Calibration& calibration) {
-    return {calibration.part().find(physics::bond_youngs_modulus)->value,
-            calibration.part().find(physics::bond_damping)->value, calibration.mode.decay_per_cycle,
-            calibration.mode.frequency, calibration.verdict.finding == diagnose::Finding::Adequate};
-}
-
-// A spread needs at least two stems.
-std::optional<Population> population_of(std::span<const StemNumbers> calibrated,
-                                        std::size_t failed) {
-    if (calibrated.size() < 2)
-        return std::nullopt;
-    const auto range = [calibrated](double StemNumbers::*quantity) {
-        std::vector<double> values;
-        values.reserve(calibrated.size());
-        for (const StemNumbers& stem : calibrated)
-            values.push_back(stem.*quantity);
-        return calibrate::central_range(values);
-    };
-    const auto inadequate =
-        std::ranges::count_if(calibrated, std::not_fn(&StemNumbers::is_adequate));
-    return Population{calibrated.size(),
-                      failed,
-                      static_cast<std::size_t>(inadequate),
-                      range(&StemNumbers::bond_youngs_modulus),
-                      range(&StemNumbers::bond_damping),
-                      range(&StemNumbers::decay_per_cycle),
-                      range(&StemNumbers::frequency)};
-}
-
-std::string population_text(const Population& population) {
+std::string population_text(const calibrate::Population& population) {
     return fmt::format("{} stems calibrated, {} failed; model inadequate for {}\n90 % of the stems "
                        "lie in\n",
                        population.stems, population.failed, population.inadequate) +

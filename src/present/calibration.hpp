@@ -3,11 +3,11 @@
 #pragma once
 
 #include "calibrate/calibration.hpp"
+#include "calibrate/population.hpp"
 #include "calibrate/study_calibration.hpp"
 #include "diagnose/answers.hpp"
 #include "present/provenance.hpp"
 
-#include <cstddef>
 #include <optional>
 #include <span>
 #include <string>
@@ -64,32 +64,7 @@ struct CalibratedStem {
 [[nodiscard]] std::string study_calibration_text(const calibrate::StudyCalibration& found,
                                                  const std::string& study, const std::string& law);
 
-/// A stem's contribution to the population, which is sent between ranks.
-struct StemNumbers {
-    double bond_youngs_modulus = 0.0; ///< Pa
-    double bond_damping = 0.0;
-    double decay_per_cycle = 0.0;
-    double frequency = 0.0; ///< Hz
-    bool is_adequate = false;
-};
-
-[[nodiscard]] StemNumbers numbers_of(const calibrate::Calibration& calibration);
-
-/// The population of two or more calibrated stems.
-struct Population {
-    std::size_t stems = 0; ///< calibrated
-    std::size_t failed = 0;
-    std::size_t inadequate = 0;
-    calibrate::CentralRange bond_youngs_modulus; ///< Pa
-    calibrate::CentralRange bond_damping;
-    calibrate::CentralRange decay_per_cycle;
-    calibrate::CentralRange frequency; ///< Hz
-};
-
-/// Returns nothing for fewer than two calibrated stems.
-[[nodiscard]] std::optional<Population> population_of(std::span<const StemNumbers> calibrated,
-                                                      std::size_t failed);
-[[nodiscard]] std::string population_text(const Population& population);
+[[nodiscard]] std::string population_text(const calibrate::Population& population);
 
 /// calibration.json.
 struct CalibrationDocument {
@@ -97,7 +72,7 @@ struct CalibrationDocument {
     std::string effects;          ///< of --with
     std::optional<double> window; ///< s
     std::vector<diagnose::EffectAnswer> shared_effects;
-    std::optional<Population> population;
+    std::optional<calibrate::Population> population;
     std::vector<std::string> stems; ///< stem_document() of each
     std::vector<std::string> remarks;
     Provenance provenance;

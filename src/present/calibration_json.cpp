@@ -223,15 +223,7 @@ void describe(To& to, const CalibrationDocument& document) {
         to("window_s", document.window);
     });
     describe_rig_effects(to, "shared_effects", document.shared_effects);
-    to.maybe("population", document.population, [&](const Population& population) {
-        to("stems", population.stems);
-        to("failed", population.failed);
-        to("something_missing", population.inadequate);
-        to("bond_youngs_modulus_pa", population.bond_youngs_modulus);
-        to("bond_damping", population.bond_damping);
-        to("b1_per_cycle", population.decay_per_cycle);
-        to("b2_hz", population.frequency);
-    });
+    to("population", document.population);
     to.template encoded<CalibratedStem>("stems", document.stems);
     to("remarks", document.remarks);
     to("provenance", document.provenance);

@@ -75,16 +75,19 @@ std::string effect_lines(const diagnose::EffectAnswer& effect) {
 std::string population_lines(const Laboratory& laboratory) {
     const diagnose::Population& before = laboratory.before;
     const diagnose::Population& after = laboratory.after;
-    return fmt::format(
-        "  Y: mean {:.4g} GPa, scatter {:.3g} GPa before; {:.4g}, {:.3g} after ({} in the mean)\n"
-        "  beta: mean {:.4g}, scatter {:.3g} before; {:.4g}, {:.3g} after ({})\n"
-        "  correlation of Y and beta: {:.2f} before, {:.2f} after\n",
-        before.mean_modulus / pascals_per_gpa, before.modulus_scatter / pascals_per_gpa,
-        after.mean_modulus / pascals_per_gpa, after.modulus_scatter / pascals_per_gpa,
-        percent_text(after.mean_modulus / before.mean_modulus - 1.0), before.mean_damping,
-        before.damping_scatter, after.mean_damping, after.damping_scatter,
-        percent_text(after.mean_damping / before.mean_damping - 1.0), before.correlation,
-        after.correlation);
+    const auto line = [](const char* name, const char* unit, const reduce::SampleSummary& was,
+                         const reduce::SampleSummary& is, double scale) {
+        return fmt::format("  {}: mean {:.4g}{}, scatter {:.3g}{} before; {:.4g}, {:.3g} after ({} "
+                           "in the mean)\n",
+                           name, was.mean / scale, unit, was.standard_deviation / scale, unit,
+                           is.mean / scale, is.standard_deviation / scale,
+                           percent_text(is.mean / was.mean - 1.0));
+    };
+    return line("Y", " GPa", before.bond_youngs_modulus, after.bond_youngs_modulus,
+                pascals_per_gpa) +
+           line("beta", "", before.bond_damping, after.bond_damping, 1.0) +
+           fmt::format("  correlation of Y and beta: {:.2f} before, {:.2f} after\n",
+                       before.correlation, after.correlation);
 }
 
 /// One line for each stem that is unlike the others.

@@ -30,18 +30,15 @@ struct Estimate {
     double standard_error = 0.0;
     double lower = 0.0;
     double upper = 0.0;
+
+    [[nodiscard]] Bounds interval() const { return {lower, upper}; }
 };
 
 template <class To>
 void describe(To& to, const Estimate& found) {
     to("value", found.value);
     to("stderr", found.standard_error);
-    to(
-        "interval",
-        [&] {
-            return Bounds{found.lower, found.upper};
-        },
-        "95 %");
+    to("interval", found.interval(), "95 %");
 }
 
 /// With the interval of a normal distribution.

@@ -24,7 +24,7 @@ void describe(To& to, const Coefficient& coefficient) {
     to("term", coefficient.name);
     to("coefficient", coefficient.value);
     to("standard_error", coefficient.standard_error);
-    to("interval", [&] { return Bounds{coefficient.lower, coefficient.upper}; });
+    to("interval", coefficient.interval());
     to("p_value", coefficient.p_value);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "calibrate/calibration.hpp"
+#include "calibrate/population.hpp"
 
 #include <cmath>
 #include <random>

@@ -75,9 +75,13 @@ TEST(OneLineForAKey, MakesTheHintsKnowIt) {
               "a.toml:2: stem.length_cm = 20: unknown key: the unit is mm (write length_mm = 200)");
 }
 
+std::vector<KeyDescription> descriptions_of(const KeyTable<Options>& table) {
+    return {table.keys().begin(), table.keys().end()};
+}
+
 TEST(OneLineForAKey, AddsItToTheReferenceWithItsDefault) {
-    const std::string before = markdown_tables(descriptions_of<Options>({keys_without_spheres()}));
-    const std::string after = markdown_tables(descriptions_of<Options>({keys_with_spheres()}));
+    const std::string before = markdown_tables(descriptions_of(keys_without_spheres()));
+    const std::string after = markdown_tables(descriptions_of(keys_with_spheres()));
     EXPECT_EQ(after, before + "| `spheres` | – | 56 | a whole number in [2, 10000] | in the chain "
                               "|\n");
     EXPECT_NE(before.find("| `length_mm` | mm | 150 | a number in [1, 1000] mm | free length |\n"),

@@ -240,13 +240,18 @@ def calibrated(name, adequate=True):
     }
 
 
+def sample(mean, deviation):
+    """Two values about the mean."""
+    ends = [mean - deviation, mean + deviation]
+    return {"count": 2, "mean": mean, "mean_interval": ends, "standard_deviation": deviation,
+            "standard_deviation_interval": [0.5 * deviation, 3.0 * deviation], "lowest": ends[0],
+            "median": mean, "highest": ends[1], "central_90_percent": ends,
+            "histogram": {"edges": [ends[0], mean, ends[1]], "counts": [1, 1]}}
+
+
 def calibration(names=("S1", "S2")):
-    spread = {"count": 2, "mean": 1.0, "mean_interval": [0.8, 1.2], "standard_deviation": 0.1,
-              "standard_deviation_interval": [0.05, 0.3], "lowest": 0.9, "median": 1.0,
-              "highest": 1.1, "central_90_percent": [0.9, 1.1],
-              "central_90_percent_lower_interval": [0.8, 0.95],
-              "central_90_percent_upper_interval": [1.05, 1.2],
-              "histogram": {"edges": [0.9, 1.0, 1.1], "counts": [1, 1]}}
+    spread = {**sample(1.0, 0.1), "central_90_percent_lower_interval": [0.8, 0.95],
+              "central_90_percent_upper_interval": [1.05, 1.2]}
     population = {"stems": len(names), "failed": 1, "something_missing": 0,
                   **{key: spread for key in ("bond_youngs_modulus_pa", "bond_damping",
                                              "b1_per_cycle", "b2_hz")}}

@@ -40,8 +40,8 @@ def laboratory(outsider="S3"):
         "clamp_compliance", 0.8, stems_needed=2.0, log_odds=1.5, log_odds_per_stem=0.75,
         parameters=[{"name": "stiffness_nm_rad", "unit": "N m/rad", "value": 12.3,
                      "interval_95": [9.0, 19.4]}])
-    population = {"mean_youngs_modulus_pa": 2e9, "youngs_modulus_standard_deviation_pa": 5e8,
-                  "mean_damping": 200.0, "damping_standard_deviation": 50.0, "correlation": 0.36}
+    population = {"bond_youngs_modulus_pa": synthetic_results.sample(2e9, 5e8),
+                  "bond_damping": synthetic_results.sample(200.0, 50.0), "correlation": 0.36}
     folders = ["one", "two"]
     return {
         "format": "culm-laboratory", "version": 1, "conclusion": "effect",
@@ -59,8 +59,8 @@ def laboratory(outsider="S3"):
                           "family_probability": 0.98, "specimens": ["S2"],
                           "possible_specimens": ["S1"]}],
         "population": {"before": population,
-                       "after": {**population, "mean_youngs_modulus_pa": 2.2e9,
-                                 "correlation": None}},
+                       "after": {**population, "correlation": None,
+                                 "bond_youngs_modulus_pa": synthetic_results.sample(2.2e9, 5e8)}},
         "stems": [stem("S1", 2e9, 150.0),
                   stem("S2", 2.5e9, 250.0, youngs_modulus_distance=-4.2, own_effects=["taper"],
                        own_parameters=[{"name": "taper.relative_change", "value": -0.1,
@@ -70,7 +70,8 @@ def laboratory(outsider="S3"):
                               "unit": "s", "one_stem": 5.3e-5, "all_stems": None}],
         "models": [{"effects": [], "log_evidence": 0.0, "probability": 0.02}],
         "largest_unvisited_log_evidence": None, "folders": folders,
-        "options": {"law": "consistent", "window_s": None, "candidates": ["taper"]},
+        "options": {"law": "consistent", "spheres": None, "window_s": None, "max_effects": 3,
+                    "candidates": ["taper"], "known": []},
         "provenance": {**synthetic_results.PROVENANCE, "inputs": [
             {"file": f"{folder}/{file}", "bytes": len(text), "crc32": f"{zlib.crc32(text):08x}"}
             for folder, name in zip(folders, ("S1", "S2"))

@@ -96,11 +96,11 @@ std::vector<fs::path> calibration_inputs(const CalibrateArguments& arguments,
 
 /// The results of a stem, as they are sent between ranks.
 struct StemAnswer {
-    std::string document;                        ///< JSON
-    std::string text;                            ///< of one stem alone
-    std::string line;                            ///< of the table
-    std::string by_study;                        ///< of --via
-    std::optional<present::StemNumbers> numbers; ///< nothing: it could not be calibrated
+    std::string document;                          ///< JSON
+    std::string text;                              ///< of one stem alone
+    std::string line;                              ///< of the table
+    std::string by_study;                          ///< of --via
+    std::optional<calibrate::StemNumbers> numbers; ///< nothing: it could not be calibrated
 };
 
 /// A stem that could not be calibrated: its failure and its texts in the answer.
@@ -126,7 +126,7 @@ void calibrate_chain(const CalibrationPlan& plan, std::size_t index,
         calibrate::add_shared_uncertainty(plan.shared, measurement, found);
         answer.text = present::calibration_text(found, law, arguments.with_details);
         answer.line = present::calibration_table_line(found, arguments.with_check);
-        answer.numbers = present::numbers_of(found);
+        answer.numbers = calibrate::numbers_of(found);
         if (!arguments.output.empty())
             core::write_text(fs::path(arguments.output) / "predictions" /
                                  fmt::format("{:03}.csv", index + 1),
@@ -198,18 +198,18 @@ std::vector<StemAnswer> all_answers(const CalibrationPlan& plan,
     return answers;
 }
 
-std::optional<present::Population> population_of(const std::vector<StemAnswer>& answers) {
-    std::vector<present::StemNumbers> calibrated;
+std::optional<calibrate::Population> population_of(const std::vector<StemAnswer>& answers) {
+    std::vector<calibrate::StemNumbers> calibrated;
     for (const StemAnswer& answer : answers)
         if (answer.numbers)
             calibrated.push_back(*answer.numbers);
-    return present::population_of(calibrated, answers.size() - calibrated.size());
+    return calibrate::population_of(calibrated, answers.size() - calibrated.size());
 }
 
 present::CalibrationDocument document_of(const CalibrateArguments& arguments,
                                          const CalibrationPlan& plan,
                                          const std::vector<StemAnswer>& answers,
-                                         const std::optional<present::Population>& population,
+                                         const std::optional<calibrate::Population>& population,
                                          const present::Provenance& provenance) {
     present::CalibrationDocument document{arguments.law,
                                           arguments.effects,
@@ -230,7 +230,7 @@ present::CalibrationDocument document_of(const CalibrateArguments& arguments,
 /// One stem as some lines; several as a table, followed by the population.
 std::string calibrations_text(const CalibrateArguments& arguments, const CalibrationPlan& plan,
                               const std::vector<StemAnswer>& answers,
-                              const std::optional<present::Population>& population) {
+                              const std::optional<calibrate::Population>& population) {
     if (answers.size() == 1)
         return answers.front().text + (answers.front().numbers ? answers.front().by_study : "");
     std::string text = present::rig_effects_text(plan.shared.effects) +
@@ -282,7 +282,7 @@ std::string next_command(const CalibrateArguments& arguments, const CalibrationP
 core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan& plan,
                       const std::vector<StemAnswer>& answers,
                       const present::Provenance& provenance) {
-    const std::optional<present::Population> population = population_of(answers);
+    const std::optional<calibrate::Population> population = population_of(answers);
     const nlohmann::json document =
         present::calibration_json(document_of(arguments, plan, answers, population, provenance));
     write_results(arguments, plan.read.measurements, "calibration.json", document);

@@ -311,16 +311,6 @@ Key<Options>& KeyTable<Options>::key(const std::string& name, Access access,
     return row;
 }
 
-/// The descriptions of all keys of all tables, in order.
-template <class Options>
-[[nodiscard]] std::vector<KeyDescription>
-descriptions_of(const std::vector<KeyTable<Options>>& tables) {
-    std::vector<KeyDescription> all;
-    for (const KeyTable<Options>& table : tables)
-        all.insert(all.end(), table.keys().begin(), table.keys().end());
-    return all;
-}
-
 /// Markdown tables of the keys, one for each TOML table.
 [[nodiscard]] std::string markdown_tables(const std::vector<KeyDescription>& keys);
 

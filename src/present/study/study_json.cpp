@@ -30,9 +30,6 @@ using study::TimestepSummary;
 template <class To>
 void describe_law(To& to, const reduce::RegressionOutcome& outcome, const char* predictor,
                   const char* unit) {
-    const auto bounds = [&](const char* key, const reduce::Estimate& of) {
-        to(key, reduce::Bounds{of.lower, of.upper});
-    };
     to.when(!outcome.regression, [&] { to("reason", outcome.reason); });
     to.when(outcome.regression, [&](const reduce::ResponseRegression& law) {
         to("predictor", std::string(predictor));
@@ -41,8 +38,8 @@ void describe_law(To& to, const reduce::RegressionOutcome& outcome, const char* 
         to("intercept", law.single.intercept.value);
         to("slope", law.single.slope.value);
         to.object("interval", [&] {
-            bounds("intercept", law.single.intercept);
-            bounds("slope", law.single.slope);
+            to("intercept", law.single.intercept.interval());
+            to("slope", law.single.slope.interval());
         });
         to("adjusted_r2", law.single.regression.adjusted_r_squared);
         to("residuals_percent", law.single.residuals.histogram);
