@@ -4,8 +4,8 @@
 //     struct Tip { double deflection = 0.0; std::string remark; };
 //     core::with_members(tip, [](auto&... members) { (print(members), ...); });
 //
-// C++20 does not tell the members of a type. But a struct accepts as many initial values as it has
-// members, so that trials count them, and structured bindings name that many.
+// C++20 cannot list the members of a type. A struct accepts as many initial values as it has
+// members: trials count them, and structured bindings name that many.
 //
 // Traps. A base class counts as a member that no binding names, so a struct with a base class is
 // refused. So is one with more than 12 members, or with a reference, an array as in C or a bit

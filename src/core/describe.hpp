@@ -11,11 +11,11 @@
 //     }
 //
 // Numbers are in SI and are written in the unit with which the key ends, or in that of the member
-// that contains the result. A function gives a value that is no member; the schema takes only its
-// type, from a result without content. Members under `when` may be absent; `maybe` is an object or
-// null, and so is an empty optional. Both take an optional and pass its value to the function; what
-// has `lower` and `upper` is [lower, upper]. A result travels between ranks as the plain struct
-// that it is (core/wire.hpp).
+// that contains the result. A function computes a value that is not a member; the schema takes only
+// its type, from a result without content. Members under `when` may be absent; `maybe` writes an
+// object or null, and so does an optional. Both take an optional and pass its value to the
+// function. A type with the members `lower` and `upper` is written as [lower, upper]. Results are
+// sent between ranks as plain structs (core/wire.hpp).
 #pragma once
 
 #include "core/units.hpp"
@@ -77,7 +77,7 @@ class Viewed {
     return std::isfinite(value) ? nlohmann::json(value) : nlohmann::json(nullptr);
 }
 
-/// What a function returns, or the type itself.
+/// The type that a function returns, or the type itself.
 template <class T>
 struct ValueOf {
     using Type = T;

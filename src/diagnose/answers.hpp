@@ -76,8 +76,8 @@ struct StemAnswer {
     StemNumbers after;   ///< with the effects
     Finding finding = Finding::Undecided;
     std::string tests;                            ///< for lack of fit that fail
-    std::vector<fit::FittedParameter> own_values; ///< of its own effects
-    std::vector<std::string> own;                 ///< names of its own effects
+    std::vector<fit::FittedParameter> own_values; ///< of the effects of this stem alone
+    std::vector<std::string> own;                 ///< names of these effects
     double youngs_modulus_distance = 0.0; ///< from the median, in robust standard deviations
     double damping_distance = 0.0;
 };

@@ -34,7 +34,7 @@ namespace culm::core {
 
 enum class ValueKind { Text, Word, Number, WholeNumber, NumberList, WordList, Matrix, Tables };
 
-/// A key in words.
+/// A key as text.
 struct KeyDescription {
     std::string table = {}; ///< for example "study", or "factors.<parameter>"
     std::string name = {};
@@ -51,7 +51,7 @@ struct KeyDescription {
     [[nodiscard]] std::string allowed() const;
 };
 
-/// A word of a key and the value of the member that it stands for.
+/// A word of a key and the value that the member gets.
 template <class Value>
 struct Choice {
     std::string_view word;
@@ -105,7 +105,7 @@ struct Key : KeyDescription {
         needed.push_back({std::move(decided_by), std::move(holds), std::move(reason)});
         return *this;
     }
-    /// States the default in words, where it is not the initialiser of the member.
+    /// States the default as text, where it is not the initialiser of the member.
     Key& otherwise(const std::string& words_for_default) {
         default_text = words_for_default;
         return *this;
@@ -115,7 +115,7 @@ struct Key : KeyDescription {
         text = std::move(form);
         return *this;
     }
-    /// The key does not change results, so it is no part of the identity.
+    /// The key does not change results, so the identity does not contain it.
     Key& without_influence() {
         influences_results = false;
         return *this;
@@ -157,7 +157,7 @@ class KeyTable {
     Key<Options>& key(const std::string& name, Access access, const std::string& meaning) {
         return add(name, access, {}, meaning);
     }
-    /// A key whose value has a reader of its own.
+    /// A key whose value is read by its own function.
     Key<Options>& key(KeyDescription description) {
         description.table = name_;
         Key<Options>& row = keys_.emplace_back();
