@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Folders that a study may use, and their contents.
 #include "archive/journal/writer.hpp"
+#include "archive/study/file.hpp"
 #include "core/error.hpp"
 #include "small_studies.hpp"
 #include "study/execute/execute.hpp"
@@ -59,6 +60,24 @@ TEST_F(Folder, KnowsThePointsOfAllJournalsFailedOnesIncluded) {
     commit(0, {2});
     commit(3, {0});
     EXPECT_EQ(prepare(identity, true).pending_points, (std::vector<std::int64_t>{1}));
+}
+
+TEST_F(Folder, KeepsACompletedPointOfTheArchiveIfAJournalHasAFailureOfIt) {
+    const Study study = parse_study(small::explicit_study, "s.toml");
+    ASSERT_TRUE(execute(study, folder, nullptr, {}).archive_is_complete);
+    {
+        archive::JournalWriter journal(folder.journal_of_rank(1), study.config.identity());
+        archive::PointRecord failed;
+        failed.point = 4;
+        failed.completed = false;
+        failed.failure_reason = "a later attempt";
+        journal.append(failed);
+    }
+    ExecuteOptions options;
+    options.folder.resume = true;
+    ASSERT_TRUE(execute(study, folder, nullptr, options).archive_is_complete);
+    EXPECT_FALSE(fs::exists(folder.journals()));
+    EXPECT_EQ(archive::StudyFile(folder.archive()).status(4), archive::PointStatus::Completed);
 }
 
 TEST_F(Folder, IsRefusedWithoutResumeIfItHasThisStudy) {
