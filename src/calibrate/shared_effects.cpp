@@ -50,7 +50,7 @@ CalibrationOptions with_shared_values(const CalibrationOptions& options,
         for (physics::SelectedEffect& effect : fixed.effects) {
             if (effect.effect->name != fitted.effect || measurement.rig != fitted.rig)
                 continue;
-            const std::vector<physics::EffectParameter> parameters = effect.effect->parameters;
+            const std::vector<physics::EffectParameter>& parameters = effect.effect->parameters;
             for (const diagnose::SharedValue& value : fitted.values) {
                 const auto place =
                     std::ranges::find(parameters, value.name, &physics::EffectParameter::name);

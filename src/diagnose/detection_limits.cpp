@@ -123,7 +123,7 @@ void name(const fit::StemModel& model, const physics::SelectedEffect& effect,
         std::ranges::max_element(values, {}, [](double value) { return std::abs(value); });
     if (largest == values.end())
         return;
-    const physics::EffectParameter known =
+    const physics::EffectParameter& known =
         effect.effect->parameters[static_cast<std::size_t>(largest - values.begin())];
     limit.parameter = known.name;
     limit.unit = known.unit;
@@ -199,7 +199,7 @@ std::vector<DetectionLimit> limits_of_rigs(const SearchResult& search) {
                 }
             if (information.empty())
                 continue;
-            const physics::EffectParameter card =
+            const physics::EffectParameter& card =
                 candidate.effect->parameters[free_parameters(candidate)[size.parameter]];
             const auto value = [&](double in_all) {
                 return fit::from_coordinate(

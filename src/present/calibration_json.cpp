@@ -97,7 +97,7 @@ void describe_chain(To& to, const fit::StemModel& model, const std::string& law)
         to("name", [&] { return active.effect->name; });
         to("values", [&] {
             ByParameter values;
-            const auto parameters = active.effect->parameters;
+            const auto& parameters = active.effect->parameters;
             for (std::size_t k = 0; k < parameters.size(); ++k)
                 values[parameters[k].name] = active.values[k];
             return values;

@@ -154,7 +154,7 @@ bool contains_all(const fit::SelectedEffects& effects, const fit::SelectedEffect
 }
 
 std::vector<std::size_t> free_parameters(const physics::SelectedEffect& effect) {
-    const std::vector<physics::EffectParameter> parameters = effect.effect->parameters;
+    const std::vector<physics::EffectParameter>& parameters = effect.effect->parameters;
     std::vector<std::size_t> free;
     for (std::size_t k = 0; k < parameters.size(); ++k)
         if (parameters[k].calibrated && !effect.fixed[k])

@@ -39,7 +39,7 @@ std::vector<SharedParameter> shared_parameters(const Model& model) {
     std::vector<SharedParameter> out;
     for (std::size_t e = 0; e < model.effects.size(); ++e) {
         const ActingEffect& each = model.effects[e];
-        const std::vector<physics::EffectParameter> cards = each.effect.effect->parameters;
+        const std::vector<physics::EffectParameter>& cards = each.effect.effect->parameters;
         for (std::size_t k = 0; k < cards.size() && each.is_shared(); ++k)
             if (const Eigen::Index at =
                     model.shared.find(shared_name(each.name(), cards[k].name, each.rig));
@@ -352,7 +352,7 @@ void ModelFits::add_priors(const Model& model) {
     for (const ActingEffect& each : model.effects) {
         if (!each.is_shared())
             continue;
-        const std::vector<physics::EffectParameter> cards = each.effect.effect->parameters;
+        const std::vector<physics::EffectParameter>& cards = each.effect.effect->parameters;
         for (const std::size_t k : free_parameters(each.effect))
             if (const std::string name = shared_name(each.name(), cards[k].name, each.rig);
                 !priors_.contains(name))

@@ -40,7 +40,7 @@ fit::FitOptions without_moved_inputs(fit::FitOptions options) {
 /// Sets the numbers of the rig's effects, within the bounds that suit the stem.
 void set_shared_values(const Model& model, fit::StemModel& stem) {
     for (const ActingEffect& each : model.effects) {
-        const std::vector<physics::EffectParameter> cards = each.effect.effect->parameters;
+        const std::vector<physics::EffectParameter>& cards = each.effect.effect->parameters;
         for (const fit::FreeParameter& parameter : stem.parameters)
             for (std::size_t k = 0; k < cards.size() && each.is_shared(); ++k)
                 if (parameter.access.id.effect == each.name() &&

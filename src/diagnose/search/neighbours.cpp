@@ -27,7 +27,7 @@ std::vector<ActingEffect> shared_instead(const Model& model, std::size_t k, cons
                                          const Stems& stems) {
     std::vector<ActingEffect> effects = model.effects;
     ActingEffect& shared = effects[k] = on_rig(effects[k].effect, rig, stems);
-    const std::vector<physics::EffectParameter> cards = shared.effect.effect->parameters;
+    const std::vector<physics::EffectParameter>& cards = shared.effect.effect->parameters;
     for (std::size_t c = 0; c < cards.size(); ++c) {
         double sum = 0.0;
         double count = 0.0;

@@ -217,7 +217,7 @@ double stated_gravity(physics::StatedBy component, const measure::Measurement& m
 /// component of gravity fixes all of it.
 void set_stated_values(const physics::SelectedEffect& selected,
                        const measure::Measurement& measurement, physics::ActiveEffect& active) {
-    const std::vector<physics::EffectParameter> parameters = selected.effect->parameters;
+    const std::vector<physics::EffectParameter>& parameters = selected.effect->parameters;
     bool is_gravity_fixed = false;
     for (std::size_t k = 0; k < parameters.size(); ++k)
         is_gravity_fixed |= is_gravity(parameters[k].stated_by) && selected.fixed[k].has_value();
@@ -400,7 +400,7 @@ StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
     for (const physics::ActiveEffect& each : model.spec.effects)
         effects.push_back(each.effect);
     physics::check_combination(effects);
-    const std::vector<physics::EffectParameter> parameters = selected.effect->parameters;
+    const std::vector<physics::EffectParameter>& parameters = selected.effect->parameters;
     for (std::size_t k = 0; k < parameters.size(); ++k)
         if (parameters[k].calibrated && !selected.fixed[k])
             model.parameters.push_back(effect_parameter(*selected.effect, model.spec.stem, k));

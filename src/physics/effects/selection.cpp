@@ -69,7 +69,7 @@ void fix_values(std::string_view assignments, std::string_view whole, SelectedEf
         if (equals == std::string_view::npos)
             refuse(whole, fmt::format("\"{}\" is not parameter=value", part));
         const std::size_t k = parameter_index(*selected.effect, trimmed(part.substr(0, equals)));
-        const EffectParameter parameter = selected.effect->parameters[k];
+        const EffectParameter& parameter = selected.effect->parameters[k];
         if (selected.fixed[k])
             refuse(whole, fmt::format("{} is given twice", parameter.name));
         selected.fixed[k] = number(trimmed(part.substr(equals + 1)), whole);
@@ -124,7 +124,7 @@ std::vector<SelectedEffect> parse_effects(std::string_view text, const EffectFil
 }
 
 std::string to_string(const SelectedEffect& selected) {
-    const std::vector<EffectParameter> parameters = selected.effect->parameters;
+    const std::vector<EffectParameter>& parameters = selected.effect->parameters;
     std::vector<std::string> fixed;
     for (std::size_t k = 0; k < parameters.size(); ++k)
         if (selected.fixed[k])

@@ -150,7 +150,7 @@ std::vector<physics::SelectedEffect> effects_from(std::string_view text) {
 StudyEffects::StudyEffects(std::vector<physics::SelectedEffect> selected)
     : selected_(std::move(selected)) {
     for (std::size_t effect = 0; effect < selected_.size(); ++effect) {
-        const auto parameters = selected_[effect].effect->parameters;
+        const auto& parameters = selected_[effect].effect->parameters;
         for (std::size_t value = 0; value < parameters.size(); ++value)
             rows_.push_back(row_of(*selected_[effect].effect, parameters[value], {effect, value}));
     }
