@@ -34,6 +34,7 @@ constexpr std::array known_units{
     gigapascal,
     kilogram_per_cubic_metre,
     Unit{"g/cm³", "g_cm3", Dimension::Density, 3},
+    Unit{"kg/m", "kg_m", Dimension::LinearDensity},
     metre_per_second_squared,
 };
 

@@ -18,6 +18,7 @@ enum class Dimension {
     Mass,
     Pressure,
     Density,
+    LinearDensity,
     Acceleration
 };
 

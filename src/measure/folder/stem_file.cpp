@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/decimal_text.hpp"
+#include "core/units.hpp"
 #include "measure/folder/measurement_files.hpp"
 #include "measure/folder/stem_section.hpp"
 
@@ -42,16 +43,14 @@ void read_stem(const core::TomlTable& table, bool has_other_section, Measurement
         stem.spheres = static_cast<int>(*spheres);
     read_round_section(table, has_other_section, stem);
     measurement.uncertainties.length =
-        read_uncertainty(table, core::split_key("length_mm"), stem.length, stem_length.high);
-    measurement.uncertainties.diameter =
-        read_uncertainty(table, core::split_key("diameter_mm"),
-                         std::get<CircularSection>(stem.section).diameter, stem_width.high);
+        read_uncertainty(table, "length_mm", stem.length, stem_length.high);
+    measurement.uncertainties.diameter = read_uncertainty(
+        table, "diameter_mm", std::get<CircularSection>(stem.section).diameter, stem_width.high);
     if (has_other_section && measurement.uncertainties.diameter)
         table.fault("diameter_uncertainty_mm", "a stem with a [section] has no diameter");
     const auto* const circle = std::get_if<CircularSection>(&stem.section);
     const double wall = circle != nullptr ? circle->wall.value_or(0.0) : 0.0;
-    measurement.uncertainties.wall =
-        read_uncertainty(table, core::split_key("wall_mm"), wall, stem_width.high);
+    measurement.uncertainties.wall = read_uncertainty(table, "wall_mm", wall, stem_width.high);
     if (wall == 0.0 && measurement.uncertainties.wall)
         table.fault("wall_uncertainty_mm", "the file states no wall");
     measurement.specimen = table.text("specimen").value_or("");
@@ -64,8 +63,7 @@ AddedMass read_added_mass(const core::TomlTable& table, const MeasuredStem& stem
                                            "of its centre above the clamp");
     added.mass = table.required_quantity("mass_g", masses, "of the added body");
     added.mass_last_digit = table.last_digit_of("mass_g");
-    added.mass_uncertainty =
-        read_uncertainty(table, core::split_key("mass_g"), added.mass, masses.high);
+    added.mass_uncertainty = read_uncertainty(table, "mass_g", added.mass, masses.high);
     check_is_on_stem(table, added.height, stem);
     return added;
 }
@@ -208,7 +206,7 @@ std::string noise_line(const std::vector<double>& noise) {
 }
 
 std::string uncertainty_line(const std::string& key, const std::optional<double>& value) {
-    return value ? line(uncertainty_key(core::split_key(key)), *value) : "";
+    return value ? line(uncertainty_key(key), *value) : "";
 }
 
 std::string number_line(const std::string& key, const std::optional<double>& value, int power = 0) {

@@ -2,6 +2,7 @@
 #include "measure/folder/stem_section.hpp"
 
 #include "core/decimal_text.hpp"
+#include "core/units.hpp"
 #include "measure/folder/measurement_files.hpp"
 
 #include <array>
@@ -18,25 +19,26 @@ constexpr core::Interval section_width = StemLimits::width;
 constexpr core::Interval above_zero{0.0, 1e12, true};
 
 /// "length_limits_mm" of "length_mm".
-std::string key_with(const core::KeyParts& key, std::string_view word) {
-    return fmt::format("{}_{}_{}", key.quantity, word, key.unit->suffix);
+std::string key_with(const std::string& key, std::string_view word) {
+    const core::KeyParts parts = core::split_key(key);
+    return fmt::format("{}_{}_{}", parts.quantity, word, parts.unit->suffix);
 }
 
 } // namespace
 
-std::string uncertainty_key(const core::KeyParts& key) {
+std::string uncertainty_key(const std::string& key) {
     return key_with(key, "uncertainty");
 }
 
-std::optional<double> read_uncertainty(const core::TomlTable& table, const core::KeyParts& parts,
+std::optional<double> read_uncertainty(const core::TomlTable& table, const std::string& quantity,
                                        double value, double largest) {
     const core::Interval range{0.0, largest, true};
-    const auto standard = table.quantity(uncertainty_key(parts), range);
-    const auto expanded = table.quantity(key_with(parts, "expanded_uncertainty"), range);
+    const auto standard = table.quantity(uncertainty_key(quantity), range);
+    const auto expanded = table.quantity(key_with(quantity, "expanded_uncertainty"), range);
     const auto factor = table.number("coverage_factor", {1.0, 10.0});
-    const std::string key = table.spelling_of(uncertainty_key(parts));
-    const std::string expanded_key = table.spelling_of(key_with(parts, "expanded_uncertainty"));
-    const std::string limits_key = table.spelling_of(key_with(parts, "limits"));
+    const std::string key = table.spelling_of(uncertainty_key(quantity));
+    const std::string expanded_key = table.spelling_of(key_with(quantity, "expanded_uncertainty"));
+    const std::string limits_key = table.spelling_of(key_with(quantity, "limits"));
     const core::Unit unit = core::split_key(limits_key).unit.value_or(core::dimensionless);
     const std::vector<double> limits = table.numbers(limits_key, {0.0, unit.from_si(largest)});
     if (int(table.has(key)) + int(table.has(expanded_key)) + int(table.has(limits_key)) > 1) {
@@ -87,12 +89,11 @@ void read_section(const core::TomlTable& table, Measurement& measurement) {
     std::array<double, 4> values{};
     for (std::size_t i = 0; i < parts.size(); ++i) {
         const Part& part = parts[i];
-        const core::KeyParts parts_of_key = core::split_key(part.key);
         values[i] = table.quantity(part.key, part.range).value_or(0.0);
-        part.uncertainty = read_uncertainty(table, parts_of_key, values[i], part.range.high);
+        part.uncertainty = read_uncertainty(table, part.key, values[i], part.range.high);
         const std::string key = table.spelling_of(part.key);
         if (shape && shape != part.shape && part.uncertainty)
-            table.fault(table.spelling_of(uncertainty_key(parts_of_key)),
+            table.fault(table.spelling_of(uncertainty_key(part.key)),
                         fmt::format("belongs to shape = \"{}\"", shapes[part.shape]));
         if (shape == part.shape)
             table.missing(key, part.meaning);
@@ -126,7 +127,7 @@ void read_round_section(const core::TomlTable& table, bool has_other_section, Me
 
 void read_density(const core::TomlTable& table, Measurement& measurement) {
     struct Form {
-        core::KeyParts parts;
+        std::string key;
         double density_per_unit = 1.0;
     };
     MeasuredStem& stem = measurement.stem;
@@ -136,20 +137,17 @@ void read_density(const core::TomlTable& table, Measurement& measurement) {
     const double area = section_area(stem.section);
     const bool is_known = unit_mass > 0.0 && stem.length > 0.0;
     const std::array<Form, 4> forms{
-        {{core::split_key("density_kg_m3"), 1.0},
-         {{"linear_density", core::Unit{"kg/m", "kg_m"}}, is_known ? 1.0 / unit_mass : 1.0},
-         {core::split_key("material_density_kg_m3"), is_known ? area / unit_mass : 1.0},
-         {core::split_key("mass_mg"), is_known ? 1.0 / (unit_mass * stem.length) : 1.0}}};
+        {{"density_kg_m3", 1.0},
+         {"linear_density_kg_m", is_known ? 1.0 / unit_mass : 1.0},
+         {"material_density_kg_m3", is_known ? area / unit_mass : 1.0},
+         {"mass_mg", is_known ? 1.0 / (unit_mass * stem.length) : 1.0}}};
     std::string first;
     for (const Form& form : forms) {
-        const std::string small_key =
-            fmt::format("{}_{}", form.parts.quantity, form.parts.unit->suffix);
-        const std::string key = table.spelling_of(small_key);
+        const std::string key = table.spelling_of(form.key);
         const core::Interval range{0.0, StemLimits::density.high / form.density_per_unit, true};
         const auto value =
-            table.quantity(small_key, form.density_per_unit == 1.0 ? StemLimits::density : range);
-        const auto uncertainty =
-            read_uncertainty(table, form.parts, value.value_or(0.0), range.high);
+            table.quantity(form.key, form.density_per_unit == 1.0 ? StemLimits::density : range);
+        const auto uncertainty = read_uncertainty(table, form.key, value.value_or(0.0), range.high);
         if (!table.has(key))
             continue;
         if (!first.empty())
@@ -157,7 +155,7 @@ void read_density(const core::TomlTable& table, Measurement& measurement) {
                         fmt::format("is given in addition to {}: one of them is enough", first));
         first = key;
         stem.density = value.value_or(0.0) * form.density_per_unit;
-        stem.is_density_of_spheres = form.parts.quantity == "density";
+        stem.is_density_of_spheres = form.key == "density_kg_m3";
         if (uncertainty)
             measurement.uncertainties.density = *uncertainty * form.density_per_unit;
     }

@@ -3,7 +3,6 @@
 #pragma once
 
 #include "core/toml/table.hpp"
-#include "core/units.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <optional>
@@ -14,11 +13,11 @@ namespace culm::measure {
 /// A quantity's standard uncertainty in SI units, in one of three forms (JCGM 100 and 101): u
 /// itself, an expanded uncertainty U = k u, or limits ±a without further knowledge, u = a/√3.
 [[nodiscard]] std::optional<double> read_uncertainty(const core::TomlTable& table,
-                                                     const core::KeyParts& key, double value,
+                                                     const std::string& key, double value,
                                                      double largest);
 
 /// The key of u itself: "length_uncertainty_mm" of "length_mm".
-[[nodiscard]] std::string uncertainty_key(const core::KeyParts& key);
+[[nodiscard]] std::string uncertainty_key(const std::string& key);
 
 /// The table [section] of a stem that is not round.
 void read_section(const core::TomlTable& table, Measurement& measurement);
