@@ -89,17 +89,18 @@ std::string journals_text(const FolderState& state) {
 }
 
 /// The points of which a process has begun the computation.
-std::string started_points(const FolderState& state) {
-    const auto points = state.unfinished_starts | std::views::keys;
+std::string started_points(const std::map<std::int64_t, int>& starts) {
+    const auto points = starts | std::views::keys;
     return ranges_text({points.begin(), points.end()});
 }
 
 std::string unfinished_text(const FolderState& state) {
-    if (state.unfinished_starts.empty())
+    const std::map<std::int64_t, int> starts = state.unfinished_starts();
+    if (starts.empty())
         return {};
-    const int most = std::ranges::max(state.unfinished_starts | std::views::values);
-    std::string text = fmt::format("started   {} without an outcome: {}\n",
-                                   state.unfinished_starts.size(), started_points(state));
+    const int most = std::ranges::max(starts | std::views::values);
+    std::string text =
+        fmt::format("started   {} without an outcome: {}\n", starts.size(), started_points(starts));
     if (most > 1)
         text += fmt::format("          up to {} times: processes died while they computed them\n",
                             most);
@@ -118,7 +119,7 @@ std::string waiting_text(const FolderState& state) {
     if (ranks.empty())
         return {};
     const std::int64_t remaining =
-        state.counts().missing - static_cast<std::int64_t>(state.unfinished_starts.size());
+        state.counts().missing - static_cast<std::int64_t>(state.unfinished_starts().size());
     return fmt::format(
         "waiting   ranks {} for up to {:.0f} s: {}\n", ranges_text(ranks), longest,
         remaining <= 0 ? "the other ranks compute all remaining points"
@@ -231,10 +232,12 @@ void describe(To& to, const FolderFile& of) {
     to.list("journals", state.journals,
             [&](const study::JournalState& journal) { describe_journal(to, journal); });
     to("repeated_outcomes", state.repeated_outcomes);
-    to.list("unfinished_starts", state.unfinished_starts, [&](const auto& start) {
-        to("point", std::get<0>(start));
-        to("times", std::get<1>(start));
-    });
+    to.list(
+        "unfinished_starts", [&] { return state.unfinished_starts(); },
+        [&](const auto& start) {
+            to("point", std::get<0>(start));
+            to("times", std::get<1>(start));
+        });
     to.when(state.note,
             [&](const archive::Texts& note) { to("run", [&] { return by_name(note); }); });
     to("problems", state.problems);
@@ -300,8 +303,8 @@ std::string status_text(const FolderState& state) {
         text += journals_text(state) +
                 fmt::format("last      written {:.0f} s ago\n", std::max(0.0, youngest->age_s));
     }
-    text += state.is_running() && !state.unfinished_starts.empty()
-                ? fmt::format("computing {}\n", started_points(state))
+    text += state.is_running() && !state.unfinished_starts().empty()
+                ? fmt::format("computing {}\n", started_points(state.unfinished_starts()))
                 : unfinished_text(state);
     text += waiting_text(state);
     for (const std::string& problem : state.problems)

@@ -101,8 +101,8 @@ void add_outcome(const archive::JournalEntry& entry, std::vector<PointStatus>& p
         points[k] = entry.status;
 }
 
-/// Adds the outcomes and the unfinished starts in state.journals to state.points, which hold the
-/// statuses in the archive.
+/// Adds the outcomes in state.journals to state.points, which hold the statuses in the archive, and
+/// their unfinished starts to state.deaths.
 void add_journals_to_points(FolderState& state) {
     std::vector<PointStatus>& points = *state.points;
     std::vector<bool> is_journalled(points.size(), false);
@@ -115,10 +115,8 @@ void add_journals_to_points(FolderState& state) {
             if (point < 0 || point >= static_cast<std::int64_t>(points.size()))
                 continue;
             state.deaths[point] += times;
-            if (points[static_cast<std::size_t>(point)] == PointStatus::Missing) {
-                state.unfinished_starts[point] += times;
+            if (points[static_cast<std::size_t>(point)] == PointStatus::Missing)
                 journal.is_waiting = false;
-            }
         }
     }
 }
@@ -190,6 +188,14 @@ void place_point(std::int64_t point, const FolderState& state, int crash_limit,
 }
 
 } // namespace
+
+std::map<std::int64_t, int> FolderState::unfinished_starts() const {
+    std::map<std::int64_t, int> starts = deaths;
+    std::erase_if(starts, [&](const auto& start) {
+        return (*points)[static_cast<std::size_t>(start.first)] != PointStatus::Missing;
+    });
+    return starts;
+}
 
 PointCounts FolderState::counts() const {
     PointCounts counts;

@@ -43,11 +43,12 @@ struct FolderState {
     std::optional<std::vector<archive::PointStatus>> points; ///< nothing: their number is unknown
     std::int64_t repeated_outcomes = 0; ///< outcomes in the journals that others supersede
     std::map<std::int64_t, int> deaths; ///< unfinished starts of points of the design
-    std::map<std::int64_t, int> unfinished_starts; ///< those of points without an outcome
     std::uint64_t archive_bytes = 0;
     std::uint64_t journal_bytes = 0;
 
     [[nodiscard]] PointCounts counts() const;
+    /// Those of points without an outcome.
+    [[nodiscard]] std::map<std::int64_t, int> unfinished_starts() const;
     [[nodiscard]] bool is_running() const {
         return std::ranges::any_of(journals, &JournalState::is_locked);
     }
