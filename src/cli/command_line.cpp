@@ -4,9 +4,12 @@
 #include "cluster/shell_word.hpp"
 #include "farm/environment.hpp"
 
+#include <cstdio>
+
 #include <fmt/core.h>
 
 namespace culm::cli {
+
 void print_error(std::string_view reason) {
     fmt::print(stderr, "culm: {}\n", reason);
 }

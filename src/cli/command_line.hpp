@@ -6,7 +6,6 @@
 #include "core/error.hpp"
 #include "farm/communicator.hpp"
 
-#include <cstdio>
 #include <functional>
 #include <string>
 #include <string_view>

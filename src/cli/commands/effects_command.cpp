@@ -42,37 +42,34 @@ std::string parameter_text(const EffectParameter& parameter) {
 
 /// What `culm effects --json` writes.
 struct EffectsFile {
-    std::vector<physics::EffectPointer> effects;
+    std::vector<physics::EffectCard> effects;
 };
 template <class To>
 void describe(To& to, const EffectsFile& file) {
     to.constant("format", "culm-effects");
     to.constant("version", 1);
-    to.list("effects", file.effects, [&](const physics::EffectPointer& effect) {
-        to("name", [&] { return effect->name; });
-        to("family", [&] { return physics::to_string(effect->family); });
-        to("summary", [&] { return effect->summary; });
-        to("law", [&] { return effect->law; });
-        to("source", [&] { return effect->source; });
-        to(
-            "signature", [&] { return effect->signature; }, "what it does to a recording");
-        to("remedy", [&] { return effect->remedy; });
-        to("energy", [&] { return effect->energy; });
-        to("dimensions", [&] { return effect->dimensions; });
-        to("excludes", [&] { return effect->excludes; });
-        to.list(
-            "parameters", [&] { return effect->parameters; },
-            [&](const EffectParameter& parameter) {
-                to("name", parameter.name);
-                to("unit", parameter.unit);
-                to("meaning", parameter.meaning);
-                to("default", parameter.default_value);
-                to("lower", parameter.lower);
-                to("upper", parameter.upper);
-                to("scale", parameter.scale, "a typical size");
-                to("fitted_as", [&] { return physics::to_string(parameter.fitted_as); });
-                to("calibrated", parameter.calibrated);
-            });
+    to.list("effects", file.effects, [&](const physics::EffectCard& effect) {
+        to("name", effect.name);
+        to("family", [&] { return physics::to_string(effect.family); });
+        to("summary", effect.summary);
+        to("law", effect.law);
+        to("source", effect.source);
+        to("signature", effect.signature, "what it does to a recording");
+        to("remedy", effect.remedy);
+        to("energy", effect.energy);
+        to("dimensions", effect.dimensions);
+        to("excludes", effect.excludes);
+        to.list("parameters", effect.parameters, [&](const EffectParameter& parameter) {
+            to("name", parameter.name);
+            to("unit", parameter.unit);
+            to("meaning", parameter.meaning);
+            to("default", parameter.default_value);
+            to("lower", parameter.lower);
+            to("upper", parameter.upper);
+            to("scale", parameter.scale, "a typical size");
+            to("fitted_as", [&] { return physics::to_string(parameter.fitted_as); });
+            to("calibrated", parameter.calibrated);
+        });
     });
 }
 
@@ -127,7 +124,10 @@ std::vector<physics::EffectPointer> chosen(const EffectsArguments& arguments) {
 void show(const EffectsArguments& arguments) {
     const std::vector<physics::EffectPointer> effects = chosen(arguments);
     if (!arguments.json.empty()) {
-        present::write_json(arguments.json, core::json_of(EffectsFile{effects}));
+        EffectsFile file;
+        for (const physics::EffectPointer& effect : effects)
+            file.effects.push_back(*effect);
+        present::write_json(arguments.json, core::json_of(file));
         return;
     }
     if (arguments.names.empty()) {

@@ -32,8 +32,8 @@ void describe_law(To& to, const reduce::RegressionOutcome& outcome, const char* 
                   const char* unit) {
     to.when(!outcome.regression, [&] { to("reason", outcome.reason); });
     to.when(outcome.regression, [&](const reduce::ResponseRegression& law) {
-        to("predictor", std::string(predictor));
-        to("unit", std::string(unit));
+        to("predictor", predictor);
+        to("unit", unit);
         to("points", law.points);
         to("intercept", law.single.intercept.value);
         to("slope", law.single.slope.value);
@@ -121,18 +121,15 @@ void describe_spread(To& to, const study::ReplicateSummary& summary, std::int64_
 template <class To>
 void describe_range(To& to, const char* key, const std::vector<TimestepStem>& stems,
                     const std::function<double(const TimestepStem&)>& value) {
-    const auto sorted = [&] {
-        std::vector<double> values;
-        for (const TimestepStem& stem : stems)
-            if (const double x = value(stem); std::isfinite(x))
-                values.push_back(x);
-        std::ranges::sort(values);
-        return values;
-    };
-    to.maybe(key, !sorted().empty(), [&] {
-        to("smallest", [&] { return sorted().front(); });
-        to("median", [&] { return reduce::quantile(sorted(), 0.5); });
-        to("largest", [&] { return sorted().back(); });
+    std::vector<double> sorted;
+    for (const TimestepStem& stem : stems)
+        if (const double x = value(stem); std::isfinite(x))
+            sorted.push_back(x);
+    std::ranges::sort(sorted);
+    to.maybe(key, !sorted.empty(), [&] {
+        to("smallest", [&] { return sorted.front(); });
+        to("median", [&] { return reduce::quantile(sorted, 0.5); });
+        to("largest", [&] { return sorted.back(); });
     });
 }
 
@@ -154,7 +151,7 @@ template <class To>
 void describe_limit_law(To& to, const char* key, const reduce::TimestepLawOutcome& outcome,
                         const char* form) {
     to.object(key, [&] {
-        to("form", std::string(form));
+        to("form", form);
         to.when(!outcome.law, [&] { to("reason", outcome.reason); });
         to.when(outcome.law, [&](const reduce::TimestepLaw& law) {
             to("points", [&] { return law.residuals.size(); });
