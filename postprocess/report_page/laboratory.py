@@ -158,7 +158,7 @@ def _add_stems(section: Section, laboratory: Laboratory, page_folder: Path):
 
 
 def _own_effects(stem: dict) -> list[str]:
-    """The names of its own effects, and their parameters with ± (95 %)."""
+    """The names of the effects of this stem alone, and their parameters with ± (95 %)."""
     values = []
     for each in stem["own_parameters"]:
         width = half_width(each["standard_error"])

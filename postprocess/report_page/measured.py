@@ -41,7 +41,7 @@ def contradictions(fit: dict) -> str:
 
 
 def read_motion(file: Path) -> Motion | None:
-    """None if the file is missing; a StudyError if it is no table of deflections."""
+    """None if the file is missing; a StudyError if it is not a table of deflections."""
     if not file.is_file() or file.is_symlink():
         return None
     try:

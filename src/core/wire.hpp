@@ -15,7 +15,7 @@
 //     void fields(Wire& wire, Fit& fit) { wire(fit.name, fit.values); }
 //
 // Numbers and enumerations, std::string, vector, array, optional, pair, map and structs of them
-// travel. Doubles keep every bit. What a shared pointer to a constant points to travels as a copy.
+// travel. Doubles keep every bit. The object of a shared pointer to a constant travels as a copy.
 // Anything else, another pointer above all, does not compile.
 #pragma once
 

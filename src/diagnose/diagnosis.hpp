@@ -53,7 +53,7 @@ struct Diagnosis {
     int batches = 0;                              ///< of lanes that were run for the fits of models
     bool is_complete = true; ///< false: the search ended at the largest number of models
 
-    // Of one stem.
+    // For one stem only.
     std::vector<SearchedModel> ladder;        ///< the baseline first, the answer last
     double explained = 0.0;                   ///< share of the baseline's χ² above the noise
     double unexplained = 0.0;                 ///< rms of the residual above the noise, m

@@ -32,7 +32,7 @@ void describe_families(To& to, const std::vector<diagnose::NamedFamily>& familie
     });
 }
 
-/// What the verdict names.
+/// The families that the verdict names.
 template <class To>
 void describe_families_of(To& to, const diagnose::Diagnosis& found) {
     to("reason", found.reason, "of the verdict, one sentence");

@@ -55,7 +55,7 @@ void describe_budget(To& to, const fit::UncertaintyBudget& budget,
     });
 }
 
-/// Of the parameters of the chain, without error terms.
+/// The correlations of the parameters of the chain, without error terms.
 std::vector<std::vector<double>> correlation_of(const fit::Fit& fit, std::size_t count) {
     const auto correlation = [&fit](std::size_t a, std::size_t b) {
         const Eigen::MatrixXd& of = fit.covariance;

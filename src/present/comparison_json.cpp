@@ -68,7 +68,7 @@ void describe_model(To& to, const diagnose::Ladder& ladder, std::size_t index) {
     to.when(!model.fit.failed(), [&] { describe_fitted_model(to, model, index); });
 }
 
-/// Of the last model that could be fitted.
+/// The noise of the last model that could be fitted.
 template <class To>
 void describe_noise(To& to, const diagnose::Ladder& ladder) {
     const auto last = [&] {

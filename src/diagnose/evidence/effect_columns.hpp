@@ -52,7 +52,7 @@ struct EffectColumns {
     std::vector<EffectNode> nodes;
     int batches = 0; ///< of lanes that were run
 
-    /// Of all nodes together.
+    /// The number of columns of all nodes.
     [[nodiscard]] Eigen::Index column_count() const;
 };
 

@@ -131,7 +131,7 @@ class EstimatedStarts {
     [[nodiscard]] const EffectNode& node(std::size_t e, std::size_t at) const {
         return base_.view.columns[chosen_[e]].nodes[at];
     }
-    /// Of the system, from the index among the stem's own columns.
+    /// Index in the system of a column of the stem.
     [[nodiscard]] Eigen::Index column(Eigen::Index own) const {
         return base_.columns.own[static_cast<std::size_t>(own)];
     }

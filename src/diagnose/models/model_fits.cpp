@@ -295,7 +295,7 @@ double ModelFits::log_likelihood(const Model& model, const SharedMinimum& shared
     return sum;
 }
 
-/// That the effects act, and in which stems; a stem's evidence has the odds of its own effects.
+/// That the effects act, and in which stems; the evidence of a stem has the odds of its effects.
 double ModelFits::log_prior_of_effects(const Model& model) const {
     double sum = 0.0;
     for (const ActingEffect& each : model.effects) {

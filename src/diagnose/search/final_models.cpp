@@ -16,7 +16,7 @@ namespace {
 /// likeliest one with a single effect of the answer.
 std::set<std::size_t> rivals_of(const SearchResult& search) {
     const Posterior posterior = posterior_of(search);
-    // Fits of many stems take long: what is left out may not decide whether the answer has 95 %.
+    // Fits of many stems take long: the models left out may not decide whether the answer has 95 %.
     const Policy& policy = search.stems->options().policy;
     const double least = (search.stems->is_one() ? std::exp(-policy.unvisited_margin)
                                                  : 1.0 - policy.held_probability) *

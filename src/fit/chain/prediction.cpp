@@ -66,7 +66,7 @@ run::CaseWithSensitivities simulate(const run::CaseSpec& spec,
 }
 
 int batches_for(std::size_t derivatives) {
-    constexpr std::size_t in_each = core::lane_count - 1; // beside the case itself
+    constexpr std::size_t in_each = core::lane_count - 1; // next to the case itself
     return static_cast<int>(std::max<std::size_t>((derivatives + in_each - 1) / in_each, 1));
 }
 

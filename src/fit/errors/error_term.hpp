@@ -11,7 +11,7 @@ namespace culm::fit {
 enum class ErrorKind {
     StatedInput, ///< a measured quantity that the model takes as a number
     Division,    ///< of the stem into spheres
-    Release,     ///< by hand: modes start with amplitudes and velocities of their own
+    Release,     ///< by hand: every mode starts with another amplitude and velocity
     Start,       ///< likewise of a motion whose release was not recorded
     Place,       ///< in the picture: lens, light
     Sensor,      ///< its offset and drift
@@ -20,7 +20,7 @@ enum class ErrorKind {
     Damping,
 };
 
-/// Has each row terms of its own?
+/// Does each row have other terms?
 [[nodiscard]] inline bool is_of_row(ErrorKind kind) {
     return kind == ErrorKind::Place || kind == ErrorKind::Sensor;
 }

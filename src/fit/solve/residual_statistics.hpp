@@ -11,8 +11,8 @@
 
 namespace culm::fit {
 
-/// What remains of the residuals, over the noise and whitened, (frames, rows) or (frames, series)
-/// if the noise model mixes the rows; 0 where nothing was seen.
+/// Residuals less the fitted error terms, over the noise and whitened, (frames, rows) or (frames,
+/// series) if the noise model mixes the rows; 0 where nothing was seen.
 [[nodiscard]] Eigen::MatrixXd whitened_residuals(const RecordingFit& fit);
 
 /// Residuals of one height or of a part of the record.

@@ -73,7 +73,7 @@ bool is_design(const StudyConfig& config) {
     return config.design.type == type;
 }
 
-/// What a time-step study chooses itself: its steps, its record and its storage.
+/// A time-step study chooses its steps, its record and its storage.
 core::Key<StudyConfig>& of_vibrations(core::Key<StudyConfig>& key) {
     return key.only_if("study.kind", is_vibration, "only with study.kind = \"vibration\"");
 }
@@ -166,7 +166,7 @@ Table integrator_keys() {
 
 Table law_keys() {
     Table law("law");
-    // The name stands for several members, so it has a reader of its own.
+    // The name sets several members, so a function reads it.
     core::Key<StudyConfig>& name =
         law.key({.name = "name",
                  .kind = ValueKind::Word,

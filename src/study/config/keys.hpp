@@ -50,7 +50,7 @@ struct FactorEntry {
 /// Every key, table by table.
 [[nodiscard]] std::vector<KeyDescription> config_keys();
 
-/// The row of the parameter in words.
+/// The row of the parameter as text.
 [[nodiscard]] KeyDescription description_of(const Parameter& parameter);
 
 } // namespace culm::study

@@ -32,7 +32,7 @@ struct FailedPoint {
 /// measure::stem_line() of a study's first point.
 [[nodiscard]] std::string first_stem(const Study& study);
 
-/// What the summaries of all kinds of studies tell.
+/// The members of the summaries of all kinds of studies.
 struct SummaryOfRun {
     std::int64_t points = 0;
     std::string stem; ///< first_stem()
