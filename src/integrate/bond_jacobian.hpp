@@ -74,6 +74,14 @@ as_dual(const std::optional<physics::BendingLaw<T>>& law) {
     return physics::BendingLaw<Dual>{Dual(law->cubic), Dual(law->split), Dual(law->angle)};
 }
 
+template <class Dual, class T>
+[[nodiscard]] std::optional<physics::BendingLoss<Dual>>
+as_dual(const std::optional<physics::BendingLoss<T>>& loss) {
+    if (!loss)
+        return std::nullopt;
+    return physics::BendingLoss<Dual>{Dual(loss->time), Dual(loss->power), Dual(loss->curvature)};
+}
+
 /// Evaluates Jacobians of bonds; T is double or SIMD lanes.
 template <int Dim, class T = double>
 class BondDifferentiator {
@@ -85,7 +93,8 @@ class BondDifferentiator {
   public:
     explicit BondDifferentiator(const physics::Chain<Dim, T>& chain)
         : chain_(chain), bond_(as_dual<Dual>(chain.bond_coefficients())),
-          bending_(as_dual<Dual>(chain.model().bending)) {}
+          bending_(as_dual<Dual>(chain.model().bending)),
+          loss_(as_dual<Dual>(chain.model().bending_loss)) {}
 
     /// The Jacobian of bond `j` at `state` (the chain's layout) and `time`. The moments of Maxwell
     /// branches are treated as constants: CondensedNewton eliminates them.
@@ -124,8 +133,8 @@ class BondDifferentiator {
             length[0], seeded(bond.geometry.direction, Layout::direction - first));
         physics::BondState<Dim, Dual> loaded = state;
         if constexpr (!IsPlain)
-            loaded.moment =
-                physics::loaded_moment(bending_, bond_, frame, motion, state.moment, bond.extras);
+            loaded.moment = physics::loaded_moment(bending_, loss_, bond_, frame, motion,
+                                                   state.moment, bond.extras);
         physics::BondResponse<Dim, Dual> response =
             physics::bond_response(bond_, chain_.law(), frame, motion, loaded);
         response.rate.shear_force += frame.shear_turning_rate(state.shear_force, motion.velocity);
@@ -165,6 +174,7 @@ class BondDifferentiator {
     const physics::Chain<Dim, T>& chain_;
     physics::BondCoefficients<Dual> bond_;
     std::optional<physics::BendingLaw<Dual>> bending_;
+    std::optional<physics::BendingLoss<Dual>> loss_;
 };
 
 } // namespace culm::integrate

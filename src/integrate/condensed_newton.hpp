@@ -13,7 +13,9 @@ namespace culm::integrate {
 /// The part of the system (I − γJ) δ = b that the bonds' own Jacobians do not contain. With
 /// displacements δx = b_x + γ δv, clamp rotation δθ = b_θ + γ δω_0 and branch moments
 ///   δq = (b_q + γ g k_b δω_bend)/(1 + γ/τ)
-/// it reduces to additions to the spheres' blocks and loads.
+/// it reduces to additions to the spheres' blocks and loads. The moment of a clamp that slips is
+/// eliminated likewise, δz = (b_z + γ ż_ω δω_0)/(1 − γ ż_z). Air that moves with a sphere adds to
+/// its mass, and M(v) a = F has the derivative F_v − a M_v.
 template <int Dim, class T>
 class EffectJacobians {
     static constexpr int rotation = physics::rotation_dimension<Dim>;
@@ -42,10 +44,20 @@ class EffectJacobians {
             bending_[static_cast<std::size_t>(i)] =
                 bending_projection(layout.geometry(state, i).direction);
         }
-        if (layout.base_turns())
-            clamp_ = chain_.clamp_moment(state[layout.base_rotation_offset()],
-                                         layout.sphere(state, 0).spin[physics::bending_axis<Dim>],
-                                         time, true);
+        if (layout.base_turns()) {
+            const physics::BaseState<T> base = chain_.base_state(state);
+            clamp_ = chain_.clamp_moment(base, time, true);
+            if (const auto& slip = chain_.model().slip)
+                slip_ = physics::slip_rate(*chain_.model().hinge, *slip, base.moment, base.rate);
+        }
+        if (chain_.model().air_mass)
+            add_air(state, time);
+    }
+
+    /// Mass that resists motion of sphere `i` in direction `k`.
+    [[nodiscard]] T mass(std::size_t i, int k) const {
+        const T& own = chain_.sphere_inertia(static_cast<int>(i)).mass;
+        return k == 0 || !chain_.model().air_mass ? own : own + air_[i];
     }
 
     /// −γ times the derivative of sphere `i`'s outer force and moment by its velocity and spin.
@@ -58,7 +70,9 @@ class EffectJacobians {
                     -gamma * load.by_velocity[static_cast<std::size_t>(column)][row];
         added(1, 1) -= gamma * gamma * load.by_deflection;
         if (i == 0)
-            added(hinge_row, hinge_row) -= gamma * (clamp_.by_rate + gamma * clamp_.by_rotation);
+            added(hinge_row, hinge_row) -=
+                gamma * (clamp_.by_rate + gamma * clamp_.by_rotation) -
+                gamma * gamma * slip_.by_rate / (T(1.0) - gamma * slip_.by_moment);
         return added;
     }
 
@@ -93,6 +107,9 @@ class EffectJacobians {
         if (layout.base_turns())
             right_hand_side[0](hinge_row) +=
                 gamma * clamp_.by_rotation * b[layout.base_rotation_offset()];
+        if (layout.base_slips())
+            right_hand_side[0](hinge_row) -=
+                gamma * b[layout.base_moment_offset()] / (T(1.0) - gamma * slip_.by_moment);
     }
 
     /// Branch moments and clamp rotation from the solved velocities and spins.
@@ -117,9 +134,31 @@ class EffectJacobians {
         if (layout.base_turns())
             x[layout.base_rotation_offset()] =
                 b[layout.base_rotation_offset()] + gamma * solved[0](hinge_row);
+        if (layout.base_slips())
+            x[layout.base_moment_offset()] =
+                (b[layout.base_moment_offset()] + gamma * slip_.by_rate * solved[0](hinge_row)) /
+                (T(1.0) - gamma * slip_.by_moment);
     }
 
   private:
+    void add_air(const T* state, const T& time) {
+        const auto& layout = chain_.layout();
+        rate_.resize(layout.size());
+        air_.resize(nodes_.size());
+        chain_.evaluate_rate(state, rate_.data(), time);
+        for (std::size_t i = 0; i < nodes_.size(); ++i) {
+            const int sphere = static_cast<int>(i);
+            const core::Vec<Dim, T> velocity = layout.sphere(state, sphere).velocity;
+            const core::Vec<Dim, T> acceleration = layout.sphere(rate_.data(), sphere).velocity;
+            const physics::MovedAir<T> air = chain_.air_at(sphere, velocity);
+            air_[i] = air.mass;
+            for (int column = 1; column < Dim; ++column)
+                for (int row = 1; row < Dim; ++row)
+                    nodes_[i].by_velocity[static_cast<std::size_t>(column)][row] -=
+                        acceleration[row] * air.slope * velocity[column];
+        }
+    }
+
     /// Removes the twist from a relative spin.
     [[nodiscard]] static Rotations bending_projection(const core::Vec<Dim, T>& direction) {
         Rotations projection;
@@ -138,6 +177,9 @@ class EffectJacobians {
     std::vector<physics::NodeLoad<Dim, T>> nodes_; ///< (spheres)
     std::vector<Rotations> bending_;               ///< (bonds)
     physics::HingeMoment<T> clamp_;
+    physics::SlipRate<T> slip_{T(0.0), T(0.0), T(0.0)};
+    std::vector<T> air_;  ///< (spheres) that moves with them, kg
+    std::vector<T> rate_; ///< in the chain's layout
 };
 
 /// Positions (ẋ = v) and the local states of the bonds (history and geometry z, with rates ρ) are
@@ -194,6 +236,12 @@ class CondensedNewton {
     void fix_clamped_rows();
     void fill_right_hand_side(const T* b);
     void recover(const T* b, T* x);
+
+    /// Mass or moment of inertia of sphere `i` in row `row` of its block.
+    [[nodiscard]] T inertia(std::size_t i, int row) const {
+        return row < Dim ? effects_.mass(i, row)
+                         : chain_.sphere_inertia(static_cast<int>(i)).moment;
+    }
 
     /// Is row `row` of sphere 0's block an equation of motion?
     [[nodiscard]] bool base_moves_in(int row) const {
@@ -288,9 +336,8 @@ bool CondensedNewton<Dim, T>::factorise(const T& gamma) {
     for (std::size_t j = 0; j < jacobians_.size(); ++j)
         condense(j);
     for (std::size_t i = 0; i < blocks_.block_count(); ++i) {
-        const physics::SphereInertia<T>& inertia = chain_.sphere_inertia(static_cast<int>(i));
         for (int k = 0; k < block; ++k)
-            blocks_.diagonal(i)(k, k) += k < Dim ? inertia.mass : inertia.moment;
+            blocks_.diagonal(i)(k, k) += inertia(i, k);
         if (!chain_.is_plain())
             blocks_.diagonal(i) += effects_.node_resistance(i, gamma_);
     }
@@ -303,9 +350,8 @@ template <int Dim, class T>
     const auto& layout = chain_.layout();
     for (std::size_t i = 0; i < blocks_.block_count(); ++i) {
         const T* const sphere = b + layout.sphere_offset(static_cast<int>(i));
-        const physics::SphereInertia<T>& inertia = chain_.sphere_inertia(static_cast<int>(i));
         for (int k = 0; k < block; ++k)
-            right_hand_side_[i](k) = (k < Dim ? inertia.mass : inertia.moment) * sphere[Dim + k];
+            right_hand_side_[i](k) = inertia(i, k) * sphere[Dim + k];
     }
     for (std::size_t j = 0; j < condensed_.size(); ++j) {
         Eigen::Matrix<T, forces, 1> load = condensed_[j].from_local.lazyProduct(local_part(b, j));

@@ -61,9 +61,9 @@ struct ErrorShares {
 /// Weights w in the state's layout: a step with errors e is accepted if Σ (w e)² ≤ 1. Positions
 /// may have an error of `tolerance` × displacement scale (root mean square over the chain).
 ///
-/// A clamp that turns has weights for its rotation, with the scale of the stem's rotation, and for
-/// its spin: dry friction switches within a small part of the spin's scale, and the positions react
-/// too late to errors there.
+/// A clamp that turns has weights for its rotation, with the scale of the stem's rotation, for the
+/// moment of a joint that slips, and for its spin: dry friction switches within a small part of the
+/// spin's scale, and the positions react too late to errors there.
 template <int Dim, class T>
 [[nodiscard]] std::vector<T> error_weights(const physics::ChainLayout<Dim>& layout,
                                            const ErrorScalesOf<T>& scales, double tolerance,
@@ -98,6 +98,8 @@ template <int Dim, class T>
             T(tolerance) * scales.spin * scales.displacement / scales.velocity;
         weights[layout.base_rotation_offset()] = T(1.0) / allowed_rotation;
         weights[base_spin_place(layout)] = T(spin_weight / tolerance) / scales.spin;
+        if (layout.base_slips())
+            weights[layout.base_moment_offset()] = T(1.0 / tolerance) / scales.moment;
     }
     return weights;
 }

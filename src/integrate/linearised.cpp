@@ -93,10 +93,11 @@ void add_outer_forces(const physics::Chain<Dim, double>& chain, const std::vecto
     if (!chain.base_turns())
         return;
     constexpr int axis = physics::bending_axis<Dim>;
-    const auto clamp = chain.clamp_moment(state[layout.base_rotation_offset()],
-                                          layout.sphere(state.data(), 0).spin[axis], 0.0, true);
+    const auto clamp = chain.clamp_moment(chain.base_state(state.data()), 0.0, true);
     result.damping(Dim + axis, Dim + axis) -= clamp.by_rate;
     result.stiffness(Dim + axis, Dim + axis) -= clamp.by_rotation;
+    if (chain.model().slip) // small motions do not slip
+        result.stiffness(Dim + axis, Dim + axis) += chain.model().hinge->stiffness;
 }
 
 /// Removes the degrees of freedom that a clamp that turns in the plane of bending still fixes.
@@ -121,10 +122,15 @@ LinearisedChain linearise(const physics::Chain<Dim, double>& chain,
     const Eigen::Index dof = static_cast<Eigen::Index>(block) * (layout.sphere_count() - first);
     LinearisedChain result{Eigen::VectorXd(dof), Eigen::MatrixXd::Zero(dof, dof),
                            Eigen::MatrixXd::Zero(dof, dof)};
-    for (Eigen::Index k = 0; k < dof; ++k)
-        result.mass(k) = k % block < Dim
-                             ? chain.sphere_inertia(first + static_cast<int>(k) / block).mass
-                             : chain.sphere_inertia(first + static_cast<int>(k) / block).moment;
+    for (Eigen::Index k = 0; k < dof; ++k) {
+        const int sphere = first + static_cast<int>(k) / block;
+        const Eigen::Index row = k % block;
+        const auto& inertia = chain.sphere_inertia(sphere);
+        result.mass(k) = row >= Dim ? inertia.moment : inertia.mass;
+        if (row > 0 && row < Dim)
+            result.mass(k) +=
+                chain.air_at(sphere, layout.sphere(state.data(), sphere).velocity).mass;
+    }
 
     BondDifferentiator<Dim> differentiator(chain);
     BondJacobian<Dim> jacobian;

@@ -312,6 +312,8 @@ class Rosenbrock {
             if (chain_.base_turns()) {
                 add(chain_.layout().base_rotation_offset());
                 add(base_spin_place(chain_.layout()));
+                if (chain_.layout().base_slips())
+                    add(chain_.layout().base_moment_offset());
             }
         } else {
             for (std::size_t k = 0; k < increment.size(); ++k)

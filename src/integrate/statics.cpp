@@ -159,7 +159,7 @@ class LoadStep {
         rest.separation = new_separation;
         physics::BondState<Dim, Dual> loaded = history;
         if (!chain_.is_plain())
-            loaded.moment = physics::loaded_moment(bending_, bond, after, rest, history.moment,
+            loaded.moment = physics::loaded_moment(bending_, {}, bond, after, rest, history.moment,
                                                    extras_at_rest(state, j, history));
         return {history, physics::bond_response(bond, chain_.law(), after, rest, loaded)};
     }
@@ -234,9 +234,17 @@ class LoadStep {
         constexpr int row = Dim + physics::bending_axis<Dim>;
         const double rotation_now =
             state[chain_.layout().base_rotation_offset()] + increment_[0](row);
-        const auto clamp = chain_.clamp_moment(rotation_now, 0.0, 0.0, true);
+        const auto turned = first_turn(rotation_now);
+        const auto clamp = chain_.clamp_moment({rotation_now, 0.0, turned.moment}, 0.0, true);
         residual_[0](row) += clamp.moment;
-        blocks_.diagonal(0)(row, row) += clamp.by_rotation;
+        blocks_.diagonal(0)(row, row) += clamp.by_rotation - turned.by_rotation;
+    }
+
+    /// Moment of a clamp that slips, and its slope; zeros for another one.
+    [[nodiscard]] physics::HingeMoment<double> first_turn(double rotation) const {
+        const auto& model = chain_.model();
+        return model.slip ? physics::first_turn(*model.hinge, *model.slip, rotation)
+                          : physics::HingeMoment<double>{};
     }
 
     void add_bond(std::size_t j, const physics::BondResponse<Dim, Dual>& response) {
@@ -271,6 +279,9 @@ class LoadStep {
             layout.set_bond(state.data(), j, histories[static_cast<std::size_t>(j)]);
         if (layout.base_turns())
             state[layout.base_rotation_offset()] += increment_[0](Dim + physics::bending_axis<Dim>);
+        if (layout.base_slips())
+            state[layout.base_moment_offset()] =
+                first_turn(state[layout.base_rotation_offset()]).moment;
     }
 
     const physics::Chain<Dim, double>& chain_;

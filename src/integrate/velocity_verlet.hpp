@@ -92,7 +92,9 @@ class VelocityVerlet {
         std::copy(branches_.begin(), branches_.end(),
                   out.begin() + static_cast<std::ptrdiff_t>(layout.branch_offset(0)));
         if (layout.base_turns())
-            out[layout.base_rotation_offset()] = base_rotation_;
+            out[layout.base_rotation_offset()] = base_.rotation;
+        if (layout.base_slips())
+            out[layout.base_moment_offset()] = base_.moment;
         return out;
     }
 
@@ -106,7 +108,12 @@ class VelocityVerlet {
         for (std::int64_t k = 0; k < count; ++k) {
             if (k + 1 == count)
                 before_ = spheres_;
-            base_rotation_ += step * spheres_[0].spin[physics::bending_axis<Dim>];
+            base_.rate = spheres_[0].spin[physics::bending_axis<Dim>];
+            base_.rotation += step * base_.rate;
+            if (const auto& slip = chain_.model().slip)
+                base_.moment += step * physics::slip_rate(*chain_.model().hinge, *slip,
+                                                          base_.moment, base_.rate)
+                                           .value;
             ++steps_;
             sweep<false>(step, step);
         }
@@ -119,7 +126,7 @@ class VelocityVerlet {
                          state.begin() +
                              static_cast<std::ptrdiff_t>(layout.base_rotation_offset()));
         if (layout.base_turns())
-            base_rotation_ = state[layout.base_rotation_offset()];
+            base_ = chain_.base_state(state.data());
     }
 
     /// Drifts, turns the bonds, and kicks each sphere as soon as both of its bonds are known. In
@@ -132,10 +139,7 @@ class VelocityVerlet {
         if constexpr (!IsPlain) {
             if (chain_.base_turns())
                 torque[physics::bending_axis<Dim>] =
-                    chain_
-                        .clamp_moment(base_rotation_, spheres_[0].spin[physics::bending_axis<Dim>],
-                                      time(), false)
-                        .moment;
+                    chain_.clamp_moment(base_, time(), false).moment;
             below_ = {};
         }
         if (first_moving() == 0)
@@ -182,7 +186,8 @@ class VelocityVerlet {
         bonds_[j].moment += change.moment;
         Bond loaded = bonds_[j];
         if constexpr (!IsPlain)
-            loaded.moment = physics::loaded_moment(chain_.model().bending, coefficients, frame,
+            loaded.moment = physics::loaded_moment(chain_.model().bending,
+                                                   chain_.model().bending_loss, coefficients, frame,
                                                    motion, loaded.moment, extras_of(j, motion));
         return physics::bond_response(coefficients, chain_.law(), frame, motion, loaded);
     }
@@ -241,7 +246,7 @@ class VelocityVerlet {
             const physics::SphereInertia<T>& inertia = chain_.sphere_inertia(number);
             const auto load = chain_.node_load(number, sphere, below_, time(), false);
             sphere.velocity +=
-                kick * ((T(1.0) / inertia.mass) * (force + load.force) + chain_.gravity());
+                kick * chain_.acceleration(number, sphere.velocity, force + load.force);
             sphere.spin += kick * ((T(1.0) / inertia.moment) * torque);
         }
     }
@@ -262,7 +267,7 @@ class VelocityVerlet {
     std::vector<Sphere> before_;        ///< at the begin of the last step
     std::vector<T> branches_;           ///< Maxwell moments, as in the chain's layout
     physics::BondExtras<Dim, T> below_; ///< of the bond evaluated last
-    T base_rotation_ = T(0.0);
+    physics::BaseState<T> base_;
     std::int64_t steps_ = 0;
 };
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Forces with which the surroundings resist the motion of the stem. The effect files define the
-// laws; this file evaluates them for the chain.
+// Forces with which the surroundings resist the motion of the stem, and the air that moves with it.
+// The effect files define the laws; this file evaluates them for the chain.
 #pragma once
 
 #include "core/lanes.hpp"
@@ -69,6 +69,37 @@ struct AirDrag {
     T coefficient; ///< per length
     std::vector<T> shape = {};
 };
+
+/// Air that moves with the stem sideways. Its mass per length at the sideways speed u is
+///     μ(u) = constant + growing (u² + u0²)^(1/3),
+/// so the force on the stem is −d/dt ∫ μ du and conserves the kinetic energy ∫ μ u du. u0 makes the
+/// slope finite at rest, where every stem reverses twice a cycle.
+template <class T>
+struct AirMass {
+    T constant;                 ///< kg/m
+    T growing;                  ///< kg/m at 1 m/s
+    T smallest_speed = T(1e-9); ///< u0, m/s
+};
+
+/// The air at one sphere.
+template <class T>
+struct MovedAir {
+    T mass = T(0.0);   ///< μ times the length of stem, kg
+    T slope = T(0.0);  ///< dμ/du = slope · u, kg s²/m²
+    T energy = T(0.0); ///< J
+};
+
+template <class T>
+[[nodiscard]] MovedAir<T> moved_air(const AirMass<T>& air, const T& length,
+                                    const T& squared_speed) {
+    using std::pow;
+    const T smallest = air.smallest_speed * air.smallest_speed;
+    const T sum = squared_speed + smallest;
+    const T growing = length * air.growing * pow(sum, T(1.0 / 3.0));
+    const T rest = length * air.growing * pow(smallest, T(4.0 / 3.0));
+    return {length * air.constant + growing, T(2.0 / 3.0) * growing / sum,
+            T(0.5) * length * air.constant * squared_speed + T(0.375) * (growing * sum - rest)};
+}
 
 /// Adds −r v and its derivative −r 1 − r' v vᵀ/|v| for `length` of stem; r is the sum of the laws'.
 template <int Dim, class T>

@@ -49,16 +49,23 @@ template <int Dim, class S>
 /// number over T.
 template <int Dim, class S, class T>
 [[nodiscard]] Rotational<Dim, S>
-loaded_moment(const std::optional<BendingLaw<S>>& law, const BondCoefficients<S>& bond,
-              const BondFrame<Dim, S>& frame, const BondMotion<Dim, S>& motion,
-              const Rotational<Dim, S>& linear_moment, const BondExtras<Dim, T>& extras) {
+loaded_moment(const std::optional<BendingLaw<S>>& law, const std::optional<BendingLoss<S>>& loss,
+              const BondCoefficients<S>& bond, const BondFrame<Dim, S>& frame,
+              const BondMotion<Dim, S>& motion, const Rotational<Dim, S>& linear_moment,
+              const BondExtras<Dim, T>& extras) {
     Rotational<Dim, S> moment =
         law ? elastic_moment(*law, bond.bending_stiffness * bond.length, frame, linear_moment)
             : linear_moment;
     for (int k = 0; k < rotation_dimension<Dim>; ++k)
         moment[k] = moment[k] + S(extras.branches[k]);
-    const S bent = bond_curvature<Dim>(bond, linear_moment) - S(extras.curvature);
-    const S bending = bond_curvature_rate<Dim>(bond, motion) - S(extras.curvature_rate);
+    const S curvature = bond_curvature<Dim>(bond, linear_moment);
+    const S curvature_rate = bond_curvature_rate<Dim>(bond, motion);
+    if (loss)
+        moment[bending_axis<Dim>] =
+            moment[bending_axis<Dim>] +
+            bond.bending_stiffness * bond.length * loss_time(*loss, curvature) * curvature_rate;
+    const S bent = curvature - S(extras.curvature);
+    const S bending = curvature_rate - S(extras.curvature_rate);
     moment[bending_axis<Dim>] = moment[bending_axis<Dim>] + S(extras.user) +
                                 S(extras.user_by_curvature) * bent +
                                 S(extras.user_by_curvature_rate) * bending;

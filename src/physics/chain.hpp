@@ -30,7 +30,8 @@ class Chain {
     /// A chain with effects.
     Chain(int sphere_count, ChainModel<T> model, const BondLawOptions& law,
           Support support = Support::Clamped)
-        : layout_(sphere_count, static_cast<int>(model.branches.size()), model.base_turns()),
+        : layout_(sphere_count, static_cast<int>(model.branches.size()), model.base_turns(),
+                  model.slip.has_value()),
           law_(law), support_(support), is_plain_(model.is_plain()), bond_(model.bonds.front()),
           inertia_(model.spheres.front()), inverse_inertia_{T(1.0) / inertia_.mass,
                                                             T(1.0) / inertia_.moment},
@@ -60,6 +61,34 @@ class Chain {
     }
     /// Does clamped sphere 0 turn in the plane of bending?
     [[nodiscard]] bool base_turns() const { return layout_.base_turns(); }
+    /// State of the clamp that turns.
+    [[nodiscard]] BaseState<T> base_state(const T* state) const {
+        return {state[layout_.base_rotation_offset()],
+                layout_.sphere(state, 0).spin[bending_axis<Dim>],
+                layout_.base_slips() ? state[layout_.base_moment_offset()] : T(0.0)};
+    }
+    /// The air that moves with sphere `i`.
+    [[nodiscard]] MovedAir<T> air_at(int i, const Vec<Dim, T>& velocity) const {
+        if (!model_.air_mass)
+            return {};
+        T square = T(0.0);
+        for (int k = 1; k < Dim; ++k)
+            square = square + velocity[k] * velocity[k];
+        return moved_air(*model_.air_mass, length_at(i), square);
+    }
+    /// Acceleration of sphere `i` under a force besides gravity, m/s². Air adds to its inertia
+    /// sideways and not to its weight.
+    [[nodiscard]] Vec<Dim, T> acceleration(int i, const Vec<Dim, T>& velocity,
+                                           const Vec<Dim, T>& force) const {
+        const T& mass = sphere_inertia(i).mass;
+        Vec<Dim, T> sum = (T(1.0) / mass) * force + gravity_;
+        if (model_.air_mass) {
+            const T share = mass / (mass + air_at(i, velocity).mass);
+            for (int k = 1; k < Dim; ++k)
+                sum[k] = share * sum[k];
+        }
+        return sum;
+    }
 
     /// Separation, relative velocity and spins of the two spheres of a bond.
     [[nodiscard]] static BondMotion<Dim, T> motion_between(const SphereState<Dim, T>& sphere_1,
@@ -116,8 +145,9 @@ class Chain {
             add_air_drag(std::span<const AirDrag<T>>(model_.air), length_at(i), sphere.velocity,
                          load);
         if (model_.base_motion)
-            load.force[1] = load.force[1] +
-                            sphere_inertia(i).mass * base_acceleration(*model_.base_motion, time);
+            load.force[1] =
+                load.force[1] + (sphere_inertia(i).mass + air_at(i, sphere.velocity).mass) *
+                                    base_acceleration(*model_.base_motion, time);
         if (model_.release && i == layout_.bond_count())
             load.force[1] = load.force[1] + finger_force(*model_.release, time);
         if (!model_.user_laws.empty()) {
@@ -196,17 +226,23 @@ class Chain {
         return extras;
     }
 
-    /// Moment of the clamp on sphere 0 at rotation θ and rate ω.
-    [[nodiscard]] HingeMoment<T> clamp_moment(const T& rotation, const T& rate, const T& time,
+    /// Moment of the clamp on sphere 0. That of a joint which slips does not depend on the
+    /// rotation.
+    [[nodiscard]] HingeMoment<T> clamp_moment(const BaseState<T>& base, const T& time,
                                               bool with_slopes) const {
         HingeMoment<T> sum;
-        if (model_.hinge)
-            sum = hinge_moment(*model_.hinge, rotation, rate);
+        if (model_.slip) {
+            sum = hinge_moment(*model_.hinge, T(0.0), base.rate);
+            sum.moment = sum.moment - base.moment;
+            sum.by_rotation = T(0.0);
+        } else if (model_.hinge) {
+            sum = hinge_moment(*model_.hinge, base.rotation, base.rate);
+        }
         for (const UserLaw<T>& law : model_.user_laws) {
             if (law.kind != UserLawKind::BaseMoment)
                 continue;
             using Inputs = UserLawInputsOf<T>;
-            const Inputs inputs{T(0.0), rotation, rate, T(0.0), T(0.0), time};
+            const Inputs inputs{T(0.0), base.rotation, base.rate, T(0.0), T(0.0), time};
             sum.moment += user_law_value(law, inputs);
             if (!with_slopes)
                 continue;
@@ -234,10 +270,12 @@ class Chain {
         Vec<Dim, T> force = Vec<Dim, T>::zero();
         Rotational<Dim, T> torque = Rotational<Dim, T>::zero();
         if (has_effects && base_turns()) {
-            const std::size_t place = layout_.base_rotation_offset();
-            const T spin = sphere_1.spin[bending_axis<Dim>];
-            torque[bending_axis<Dim>] = clamp_moment(state[place], spin, time, false).moment;
-            rate[place] = spin;
+            const BaseState<T> base = base_state(state);
+            torque[bending_axis<Dim>] = clamp_moment(base, time, false).moment;
+            rate[layout_.base_rotation_offset()] = base.rate;
+            if (model_.slip)
+                rate[layout_.base_moment_offset()] =
+                    slip_rate(*model_.hinge, *model_.slip, base.moment, base.rate).value;
         }
         BondExtras<Dim, T> below;
         for (int j = 0; j < layout_.bond_count(); ++j) {
@@ -250,8 +288,8 @@ class Chain {
             BondExtras<Dim, T> extras;
             if constexpr (has_effects) {
                 extras = bond_extras(state, j, time, false);
-                loaded.moment =
-                    loaded_moment(model_.bending, bond, frame, motion, elastic.moment, extras);
+                loaded.moment = loaded_moment(model_.bending, model_.bending_loss, bond, frame,
+                                              motion, elastic.moment, extras);
             }
             const BondResponse<Dim, T> response = bond_response(bond, law_, frame, motion, loaded);
             finish_sphere<has_effects>(rate, j, sphere_1, below, time, force + response.force,
@@ -274,20 +312,18 @@ class Chain {
                        const BondExtras<Dim, T>& below, const T& time, const Vec<Dim, T>& force,
                        const Rotational<Dim, T>& torque) const {
         if constexpr (has_effects)
-            set_sphere_rate(rate, i, sphere, inverse_of(i),
-                            force + node_load(i, sphere, below, time, false).force, torque);
+            set_sphere_rate(rate, i, sphere,
+                            acceleration(i, sphere.velocity,
+                                         force + node_load(i, sphere, below, time, false).force),
+                            (T(1.0) / sphere_inertia(i).moment) * torque);
         else
-            set_sphere_rate(rate, i, sphere, inverse_inertia_, force, torque);
+            set_sphere_rate(rate, i, sphere, inverse_inertia_.mass * force + gravity_,
+                            inverse_inertia_.moment * torque);
     }
 
     [[nodiscard]] BondFrame<Dim, T> frame_of(const T* state, int j) const {
         const BondGeometry<Dim, T> geometry = layout_.geometry(state, j);
         return BondFrame<Dim, T>(geometry.length, geometry.direction);
-    }
-
-    [[nodiscard]] SphereInertia<T> inverse_of(int i) const {
-        const SphereInertia<T>& inertia = sphere_inertia(i);
-        return {T(1.0) / inertia.mass, T(1.0) / inertia.moment};
     }
 
     void set_bond_rate(T* rate, int j, const BondFrame<Dim, T>& frame,
@@ -316,20 +352,18 @@ class Chain {
     }
 
     void set_sphere_rate(T* rate, int i, const SphereState<Dim, T>& sphere,
-                         const SphereInertia<T>& inverse_inertia, const Vec<Dim, T>& force,
-                         const Rotational<Dim, T>& torque) const {
+                         const Vec<Dim, T>& acceleration, const Rotational<Dim, T>& turning) const {
         SphereState<Dim, T> derivative;
         if (i < first_moving_sphere()) {
             derivative.position = Vec<Dim, T>::zero();
             derivative.velocity = Vec<Dim, T>::zero();
             derivative.spin = Rotational<Dim, T>::zero();
             if (base_turns())
-                derivative.spin[bending_axis<Dim>] =
-                    inverse_inertia.moment * torque[bending_axis<Dim>];
+                derivative.spin[bending_axis<Dim>] = turning[bending_axis<Dim>];
         } else {
             derivative.position = sphere.velocity;
-            derivative.velocity = inverse_inertia.mass * force + gravity_;
-            derivative.spin = inverse_inertia.moment * torque;
+            derivative.velocity = acceleration;
+            derivative.spin = turning;
         }
         layout_.set_sphere(rate, i, derivative);
     }

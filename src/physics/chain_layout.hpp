@@ -27,8 +27,8 @@ struct BondGeometry {
 /// The flat state: first every sphere (position, velocity, spin), from the clamp to the tip, then
 /// every bond's history (elastic shear force, elastic moment), then every bond's geometry. That is
 /// 10 numbers a link in the plane and 19 in space. Effects append the moments of the Maxwell
-/// branches, bond by bond, and the rotation of the clamp in the plane of bending. Rotation angles
-/// of the other spheres are not states. The same layout holds the rates.
+/// branches, bond by bond, the rotation of the clamp in the plane of bending, and its moment if it
+/// slips. Rotation angles of the other spheres are not states. The same layout holds the rates.
 ///
 /// Length and direction follow from the positions. As states they allow an implicit method to take
 /// 2.6 times longer steps: |x2 − x1| of a turning bond is quadratic in the displacements, and a
@@ -42,15 +42,18 @@ class ChainLayout {
     static constexpr int bond_size = 2 * rotation;
     static constexpr int geometry_size = 1 + Dim;
 
-    explicit ChainLayout(int sphere_count, int branch_count = 0, bool base_turns = false)
-        : sphere_count_(sphere_count), branch_count_(branch_count), base_turns_(base_turns) {}
+    explicit ChainLayout(int sphere_count, int branch_count = 0, bool base_turns = false,
+                         bool base_slips = false)
+        : sphere_count_(sphere_count), branch_count_(branch_count), base_turns_(base_turns),
+          base_slips_(base_slips) {}
 
     [[nodiscard]] int sphere_count() const { return sphere_count_; }
     [[nodiscard]] int bond_count() const { return sphere_count_ - 1; }
     [[nodiscard]] int branch_count() const { return branch_count_; }
     [[nodiscard]] bool base_turns() const { return base_turns_; }
+    [[nodiscard]] bool base_slips() const { return base_slips_; }
     [[nodiscard]] std::size_t size() const {
-        return base_rotation_offset() + (base_turns_ ? 1U : 0U);
+        return base_moment_offset() + (base_slips_ ? 1U : 0U);
     }
 
     [[nodiscard]] std::size_t sphere_offset(int sphere) const {
@@ -73,6 +76,10 @@ class ChainLayout {
     }
     /// Offset of the rotation (rad) of a clamp that turns.
     [[nodiscard]] std::size_t base_rotation_offset() const { return branch_offset(bond_count()); }
+    /// Offset of the moment (N m) of a clamp that slips.
+    [[nodiscard]] std::size_t base_moment_offset() const {
+        return base_rotation_offset() + (base_turns_ ? 1U : 0U);
+    }
 
     template <class T>
     [[nodiscard]] SphereState<Dim, T> sphere(const T* state, int i) const {
@@ -146,6 +153,7 @@ class ChainLayout {
     int sphere_count_;
     int branch_count_;
     bool base_turns_;
+    bool base_slips_;
 };
 
 } // namespace culm::physics

@@ -7,6 +7,7 @@
 #include "physics/air_drag.hpp"
 #include "physics/bond_coefficients.hpp"
 #include "physics/bond_frame.hpp"
+#include "physics/clamp_law.hpp"
 #include "physics/user_law.hpp"
 
 #include <cmath>
@@ -22,6 +23,23 @@ struct BendingLaw {
     T split = T(0.0); ///< (k_1 − k_2)/k_b, of the stiffnesses of the two principal planes
     T angle = T(0.0); ///< from the plane of the pull to the principal plane 1, rad
 };
+
+/// A loss that grows with the bend in the plane of the pull: M = E I δ (|κ|/κ_r)ᵖ κ̇.
+template <class T>
+struct BendingLoss {
+    T time;      ///< δ, s
+    T power;     ///< p
+    T curvature; ///< κ_r, 1/m
+};
+
+/// δ (|κ|/κ_r)ᵖ, s. For p < 1 its slope is infinite at κ = 0; below 1e-5 κ_r it is smooth.
+template <class S>
+[[nodiscard]] S loss_time(const BendingLoss<S>& loss, const S& curvature) {
+    using std::exp;
+    using std::log;
+    const S ratio = curvature / loss.curvature;
+    return loss.time * exp(S(0.5) * loss.power * log(ratio * ratio + S(1e-10)));
+}
 
 /// The elastic moment of a bond whose linear, isotropic law would give `linear_moment` = k_b times
 /// the bending angle. `moment_per_curvature` is k_b l = E I. The cubic term comes from a section
@@ -53,39 +71,6 @@ elastic_moment(const BendingLaw<S>& law, const S& moment_per_curvature,
     const S factor =
         S(1.0) + law.cubic * dot(bending, bending) / (moment_per_curvature * moment_per_curvature);
     return frame.scaled(S(1.0), factor, linear_moment) + split;
-}
-
-/// A clamp that turns: −k θ − M tanh(ω/ω_r) in the plane of bending, with θ and ω of sphere 0.
-/// The hyperbolic tangent regularises dry friction, whose sign is undefined at rest.
-template <class T>
-struct BaseHinge {
-    T stiffness;       ///< k, N m/rad
-    T friction_moment; ///< M, N m
-    T friction_rate;   ///< ω_r, rad/s; friction is full well above it and creep below
-};
-
-/// Moment of the clamp on sphere 0 and its derivatives.
-template <class T>
-struct HingeMoment {
-    T moment = T(0.0);      ///< N m
-    T by_rotation = T(0.0); ///< N m/rad
-    T by_rate = T(0.0);     ///< N m s/rad
-};
-
-/// −k θ − M tanh(ω/ω_r), in a form that does not overflow.
-template <class T>
-[[nodiscard]] HingeMoment<T> hinge_moment(const BaseHinge<T>& hinge, const T& rotation,
-                                          const T& rate) {
-    using std::abs;
-    using std::exp;
-    const T ratio = rate / hinge.friction_rate;
-    const T decayed = exp(T(-2.0) * abs(ratio));
-    const T magnitude = (T(1.0) - decayed) / (T(1.0) + decayed);
-    const T slope = (T(1.0) - magnitude * magnitude) * hinge.friction_moment / hinge.friction_rate;
-    // |x| tanh|x|/x would be undefined at rest; tanh x ≈ x there.
-    const T towards = ratio / (abs(ratio) + T(1e-300));
-    return {-hinge.stiffness * rotation - hinge.friction_moment * magnitude * towards,
-            -hinge.stiffness, -slope};
 }
 
 /// A spring and a dashpot in series, parallel to the bending spring of every bond:
@@ -143,9 +128,12 @@ struct ChainModel {
     core::Vec<3, T> gravity;                ///< acceleration in world axes, m/s²
 
     std::optional<BaseHinge<T>> hinge;
+    std::optional<JointSlip<T>> slip; ///< of the hinge's spring
     std::vector<MaxwellBranch<T>> branches;
     std::vector<AirDrag<T>> air; ///< one for each law
+    std::optional<AirMass<T>> air_mass;
     std::optional<BendingLaw<T>> bending;
+    std::optional<BendingLoss<T>> bending_loss;
     /// Elastic moment of each bond when the chain is straight, about the axis of bending, N m;
     /// (0) or (bonds). A stem that is curved at rest resists being straightened.
     std::vector<T> straight_moments;
@@ -156,8 +144,8 @@ struct ChainModel {
     /// True for a chain of equal spheres and bonds alone, under axial gravity or none.
     [[nodiscard]] bool is_plain() const {
         return bonds.size() == 1 && spheres.size() == 1 && !hinge && branches.empty() &&
-               air.empty() && !bending && straight_moments.empty() && !base_motion && !release &&
-               user_laws.empty();
+               air.empty() && !air_mass && !bending && !bending_loss && straight_moments.empty() &&
+               !base_motion && !release && user_laws.empty();
     }
     [[nodiscard]] bool depends_on_time() const {
         return base_motion || release || !user_laws.empty();

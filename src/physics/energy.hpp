@@ -60,7 +60,8 @@ template <int Dim, class T>
         const SphereState<Dim, T> sphere = layout.sphere(state, i);
         energy = energy +
                  T(0.5) * (inertia.mass * dot(sphere.velocity, sphere.velocity) +
-                           inertia.moment * dot(sphere.spin, sphere.spin)) -
+                           inertia.moment * dot(sphere.spin, sphere.spin)) +
+                 chain.air_at(i, sphere.velocity).energy -
                  inertia.mass * dot(chain.gravity(), sphere.position);
     }
     for (int j = 0; j < layout.bond_count(); ++j) {
@@ -71,8 +72,11 @@ template <int Dim, class T>
             energy = energy + energy_of_bond_effects(chain, state, j, frame);
     }
     if (const auto& hinge = chain.model().hinge) {
-        const T rotation = state[layout.base_rotation_offset()];
-        energy = energy + T(0.5) * hinge->stiffness * rotation * rotation;
+        // A joint that slips stores what unloading with its full stiffness gives back.
+        const BaseState<T> base = chain.base_state(state);
+        energy = energy + (chain.model().slip
+                               ? T(0.5) * base.moment * base.moment / hinge->stiffness
+                               : T(0.5) * hinge->stiffness * base.rotation * base.rotation);
     }
     return energy;
 }

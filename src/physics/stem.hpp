@@ -27,6 +27,9 @@ struct StemParameters {
     /// Width of the section across the plane of motion, m, which the air resists; empty: the outer
     /// diameter, as of a round stem. Bending knows only the diameters of the bonds.
     std::optional<T> width_across_motion = {};
+    /// Depth of a rectangular section in the plane of motion, m; empty: the section is round. Air
+    /// separates at the edges of a rectangle, and strains are those of this depth.
+    std::optional<T> rectangle_depth = {};
     /// Area that resists shear over section_area(): 1 in the published chain; Timoshenko's
     /// correction for a stem with a section.
     T shear_area_share = T(1.0);
@@ -39,6 +42,10 @@ struct StemParameters {
     /// Width that the air resists, m.
     [[nodiscard]] T width_in_air() const {
         return width_across_motion.value_or(bond_outer_diameter);
+    }
+    /// From the neutral axis to the outermost fibre, m.
+    [[nodiscard]] T outer_fibre() const {
+        return T(0.5) * rectangle_depth.value_or(bond_outer_diameter);
     }
     /// Mass of one sphere, kg.
     [[nodiscard]] T sphere_mass() const {

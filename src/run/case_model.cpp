@@ -97,6 +97,9 @@ void pack_stem(const Packer<T>& packer, ChainModel<T>& packed) {
     using Bending = physics::BendingLaw<double>;
     packed.bending = packer.template part<physics::BendingLaw<T>>(&Model::bending, &Bending::cubic,
                                                                   &Bending::split, &Bending::angle);
+    using Loss = physics::BendingLoss<double>;
+    packed.bending_loss = packer.template part<physics::BendingLoss<T>>(
+        &Model::bending_loss, &Loss::time, &Loss::power, &Loss::curvature);
 }
 
 template <class T>
@@ -110,7 +113,14 @@ void pack_surroundings(const Packer<T>& packer, ChainModel<T>& packed) {
              packer.numbers([k](const auto& model) -> const auto& { return model.air[k].shape; })});
     using Hinge = physics::BaseHinge<double>;
     packed.hinge = packer.template part<physics::BaseHinge<T>>(
-        &Model::hinge, &Hinge::stiffness, &Hinge::friction_moment, &Hinge::friction_rate);
+        &Model::hinge, &Hinge::stiffness, &Hinge::friction_moment, &Hinge::friction_rate,
+        &Hinge::damping);
+    using Slip = physics::JointSlip<double>;
+    packed.slip =
+        packer.template part<physics::JointSlip<T>>(&Model::slip, &Slip::share, &Slip::power);
+    using Air = physics::AirMass<double>;
+    packed.air_mass = packer.template part<physics::AirMass<T>>(
+        &Model::air_mass, &Air::constant, &Air::growing, &Air::smallest_speed);
     using Base = physics::BaseMotion<double>;
     packed.base_motion = packer.template part<physics::BaseMotion<T>>(
         &Model::base_motion, &Base::amplitude, &Base::angular_frequency, &Base::phase);

@@ -39,10 +39,14 @@ std::vector<double> jacobian_times(const physics::Chain<Dim, double>& chain,
 /// Solves (I − γJ) x = b with b made from a known x and a finite-difference J.
 template <int Dim>
 void expect_solution(const physics::Chain<Dim, double>& chain, double gamma) {
-    const auto state = tests::random_state(chain, 21);
+    auto state = tests::random_state(chain, 21);
     const auto wanted = tests::random_state(chain, 22);
     const auto straight = chain.straight_state();
     const auto& layout = chain.layout();
+    if (layout.base_slips()) { // a clamp that turns while its moment grows
+        state[layout.base_moment_offset()] = 0.05;
+        state[layout.sphere_offset(0) + 2 * Dim + physics::bending_axis<Dim>] = 0.7;
+    }
     std::vector<double> x(state.size());
     for (std::size_t k = 0; k < x.size(); ++k)
         x[k] = 1e-3 * (wanted[k] - straight[k]);
@@ -116,10 +120,13 @@ physics::ChainModel<double> model_with_everything() {
     for (std::size_t j = 0; j < model.bonds.size(); ++j)
         model.bonds[j].bending_stiffness *= 1.0 + 0.1 * static_cast<double>(j);
     model.spheres.back().mass *= 3.0;
-    model.hinge = physics::BaseHinge<double>{0.5, 1e-3, 100.0};
+    model.hinge = physics::BaseHinge<double>{0.5, 1e-3, 100.0, 1e-4};
+    model.slip = physics::JointSlip<double>{20.0, 1.3};
+    model.air_mass = physics::AirMass<double>{1e-3, 2e-3, 1e-3};
     model.branches = {{0.3, 1e-4, 1.0}, {0.2, 1e-2, 0.0}};
     model.air = {{&physics::resistance_law<SteepResistance>, 1e-2, {0.7}}};
     model.bending = physics::BendingLaw<double>{-1e-3, 0.2, 0.5};
+    model.bending_loss = physics::BendingLoss<double>{1e-3, 1.4, 0.5};
     // Each law uses the inputs that its Jacobian covers: deflection and velocity for a force and
     // the clamp, curvature for a bond.
     const auto on_motion = [](const physics::UserLawInputs& in, std::span<const double> p) {

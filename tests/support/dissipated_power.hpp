@@ -25,7 +25,20 @@ template <int Dim, class T>
                frame.scaled(bond.torsion_damping, bond.bending_damping, relative_spin));
 }
 
-/// Power that bonds, Maxwell branches, air and the friction of the clamp dissipate, W. The work of
+/// Power of the loss that grows with the bend, W.
+template <int Dim>
+[[nodiscard]] double bending_loss_power(const physics::Chain<Dim, double>& chain,
+                                        const double* state, int j,
+                                        const physics::BondMotion<Dim, double>& motion) {
+    const auto& bond = chain.bond_coefficients(j);
+    const double curvature =
+        physics::bond_curvature<Dim>(bond, chain.layout().bond(state, j).moment);
+    const double rate = physics::bond_curvature_rate<Dim>(bond, motion);
+    return bond.bending_stiffness * bond.length * bond.length *
+           physics::loss_time(*chain.model().bending_loss, curvature) * rate * rate;
+}
+
+/// Power that bonds, Maxwell branches, air and the losses of the clamp dissipate, W. The work of
 /// users' laws and of forces that depend on time is not included.
 template <int Dim>
 [[nodiscard]] double dissipated_power(const physics::Chain<Dim, double>& chain,
@@ -39,6 +52,8 @@ template <int Dim>
         const physics::BondFrame<Dim, double> frame(motion.separation);
         const auto& bond = chain.bond_coefficients(j);
         power += bond_dissipation(bond, chain.law(), frame, motion);
+        if (model.bending_loss)
+            power += bending_loss_power(chain, state, j, motion);
         for (int k = 0; k < layout.branch_count(); ++k) {
             const auto& branch = model.branches[static_cast<std::size_t>(k)];
             const auto moment = layout.branch_moment(state, j, k);
@@ -56,8 +71,14 @@ template <int Dim>
         power -= dot(load.force, velocity);
     }
     if (model.hinge) {
-        const double rate = layout.sphere(state, 0).spin[physics::bending_axis<Dim>];
-        power -= physics::hinge_moment(*model.hinge, 0.0, rate).moment * rate;
+        const physics::BaseState<double> base = chain.base_state(state);
+        power -= physics::hinge_moment(*model.hinge, 0.0, base.rate).moment * base.rate;
+        // The part of the turn that the spring does not store.
+        if (model.slip)
+            power += base.moment *
+                     (base.rate -
+                      physics::slip_rate(*model.hinge, *model.slip, base.moment, base.rate).value /
+                          model.hinge->stiffness);
     }
     return power;
 }

@@ -124,6 +124,11 @@ bool is_at_absence(const fit::FittedParameter& parameter) {
 } // namespace
 
 double ParameterPrior::log_density(double coordinate) const {
+    if (known_within > 0.0) {
+        const double distance = (coordinate - known) / known_within;
+        return -0.5 * distance * distance -
+               std::log(known_within * std::sqrt(2.0 * std::numbers::pi));
+    }
     if (is_place)
         return -std::log(range);
     const double distance = (coordinate - absent) / deviation;
@@ -133,6 +138,8 @@ double ParameterPrior::log_density(double coordinate) const {
 }
 
 double ParameterPrior::precision() const {
+    if (known_within > 0.0)
+        return 0.0;
     return is_place ? 2.0 * std::numbers::pi / (range * range) : 1.0 / (deviation * deviation);
 }
 
@@ -142,6 +149,8 @@ ParameterPrior prior_of(const fit::FreeParameter& parameter, const fit::StemMode
     const double lower = to_coordinate(parameter.fitted_as, parameter.lower);
     const double upper = to_coordinate(parameter.fitted_as, parameter.upper);
     prior.range = std::max(std::abs(upper - lower), 1e-300);
+    prior.known = parameter.known;
+    prior.known_within = parameter.known_within;
     if (prior.is_place)
         return prior;
     const bool is_inverse = parameter.fitted_as == FittedAs::Inverse;
@@ -150,6 +159,8 @@ ParameterPrior prior_of(const fit::FreeParameter& parameter, const fit::StemMode
         is_inverse || !(parameter.lower < parameter.absent && parameter.absent < parameter.upper);
     if (const auto card = described(parameter, model))
         prior.deviation = usual_size(*card, model, prior.absent);
+    if (prior.known_within > 0.0)
+        prior.deviation = std::hypot(prior.known - prior.absent, prior.known_within);
     if (prior.deviation == 0.0)
         prior.deviation = parameter.access.scale > 0.0 ? parameter.access.scale : prior.range;
     return prior;

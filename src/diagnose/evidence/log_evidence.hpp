@@ -13,18 +13,21 @@ namespace culm::diagnose {
 
 /// The prior of a free parameter of an effect, in its coordinate: the number itself, its logarithm
 /// or its inverse (physics::FittedAs). A size has a normal prior about its absence. A location, an
-/// angle or a time constant has a uniform prior within its bounds.
+/// angle or a time constant has a uniform prior within its bounds. A parameter whose value is known
+/// has a normal prior about it, which is a row of the fit's system, too.
 struct ParameterPrior {
     bool is_place = false;
     bool is_one_sided = false; ///< of a size: it has one sign, and the prior is half-normal
     double absent = 0.0;       ///< of a size: its coordinate where the effect is absent
     double deviation = 1.0;    ///< of a size: standard deviation; negative where it points down
     double range = 1.0;        ///< of a location: distance between its bounds
+    double known = 0.0;        ///< the known value
+    double known_within = 0.0; ///< its standard deviation; 0: it is not known
 
     /// Logarithm of the density at a coordinate.
     [[nodiscard]] double log_density(double coordinate) const;
-    /// The prior's part of the second derivative of −log posterior. For a location it is such that
-    /// the Laplace integral over a flat likelihood equals one.
+    /// The prior's part of the second derivative of −log posterior, beyond the system's. For a
+    /// location it is such that the Laplace integral over a flat likelihood equals one.
     [[nodiscard]] double precision() const;
 };
 

@@ -379,6 +379,10 @@ void ModelFits::add_prior(const ActingEffect& effect, std::size_t k, const std::
     }
     mean.deviation = deviation / static_cast<double>(effect.stems.size());
     prior.mean = mean.is_place ? 0.5 * (prior.lower + prior.upper) : mean.absent;
+    if (mean.known_within > 0.0) {
+        prior.mean = mean.known;
+        prior.precision = 1.0 / (mean.known_within * mean.known_within);
+    }
     if (mean.is_one_sided && !mean.is_place) // absent is a bound, also of an inverse
         (mean.deviation > 0.0 ? prior.lower : prior.upper) = mean.absent;
     parameter_priors_[name] = mean;

@@ -40,6 +40,12 @@ SharedColumns shared_columns(const fit::Fit& fit,
             out.at.push_back(
                 fit::to_coordinate(model.fitted_as(parameter), model.value(parameter)));
             out.names.push_back(shared_name(id.effect, id.name, rig->second));
+            // A known value belongs to the shared number.
+            for (Eigen::Index known = system.readings(); known < system.residual.size(); ++known)
+                if (system.jacobian(known, column) != 0.0) {
+                    system.jacobian(known, column) = 0.0;
+                    system.residual(known) = 0.0;
+                }
         } else if (system.errors[k] &&
                    std::ranges::find(sharing.terms, id.name) != sharing.terms.end()) {
             // About its value in the stem's solution, without its prior.

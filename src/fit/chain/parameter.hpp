@@ -19,6 +19,8 @@ struct FreeParameter {
     bool is_place = false;                                   ///< as in physics::EffectParameter
     double absent = 0.0;                                     ///< likewise
     bool is_phase = false;                                   ///< likewise
+    double known = 0.0;                                      ///< its value, known within …
+    double known_within = 0.0;                               ///< … this; 0: it is not known
 };
 
 /// Y (Pa) as its logarithm, β, in which decay is linear and which may vanish, and the tip's

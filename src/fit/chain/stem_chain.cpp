@@ -27,8 +27,10 @@ std::string set_section(const measure::MeasuredStem& measured,
         stem.bond_inner_diameter = circle->wall ? circle->diameter - 2.0 * *circle->wall : 0.0;
         return {};
     }
-    if (const auto* rectangle = std::get_if<measure::RectangularSection>(&measured.section))
+    if (const auto* rectangle = std::get_if<measure::RectangularSection>(&measured.section)) {
         stem.width_across_motion = rectangle->width;
+        stem.rectangle_depth = rectangle->height;
+    }
     // A ring has A = π(d_o² − d_i²)/4 and I = A (d_o² + d_i²)/16.
     const double area = measure::section_area(measured.section);
     const double second_moment = measure::second_moment_of_area(measured.section);

@@ -387,8 +387,9 @@ FreeParameter effect_parameter(const physics::Effect& effect,
             active_values(spec, name)[parameter] = value;
         },
         described.fitted_as == physics::FittedAs::Logarithm ? 0.0 : described.scale};
-    return {std::move(access),   described.unit,     described.lower,  described.upper,
-            described.fitted_as, described.is_place, described.absent, described.is_phase};
+    return {std::move(access),       described.unit,        described.lower,  described.upper,
+            described.fitted_as,     described.is_place,    described.absent, described.is_phase,
+            described.default_value, described.known_within};
 }
 
 StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,
@@ -462,12 +463,17 @@ SelectedEffects candidate_effects(std::span<const measure::Measurement> recordin
         return recording.sensors.empty() ||
                std::ranges::any_of(recording.sensors, &measure::Sensor::is_camera);
     };
+    const auto has_no_edges = [](const measure::Measurement& recording) {
+        return !std::holds_alternative<measure::RectangularSection>(recording.stem.section);
+    };
     const auto has_no_direction = [](const measure::Measurement& recording) {
         return recording.gravity_direction == measure::GravityDirection::None;
     };
     SelectedEffects candidates;
     for (const physics::EffectPointer& effect : physics::all_effects()) {
         if (effect->is_of_the_release && std::ranges::any_of(recordings, is_moving))
+            continue;
+        if (effect->needs_edges && std::ranges::any_of(recordings, has_no_edges))
             continue;
         if (effect->is_of_the_camera && std::ranges::none_of(recordings, has_camera))
             continue;

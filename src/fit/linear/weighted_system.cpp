@@ -75,6 +75,24 @@ void add_terms(std::span<const SystemPart> parts, WeightedSystem& out) {
     }
 }
 
+/// The rows of the parameters whose values are known.
+void add_known(const JointLayout& layout, std::span<const SystemPart> parts, WeightedSystem& out) {
+    for (std::size_t k = 0; k < layout.owners.size(); ++k) {
+        const auto [m, place] = layout.owners[k];
+        const StemModel& model = parts[m].model;
+        if (place >= model.parameters.size() || !(model.parameters[place].known_within > 0.0))
+            continue;
+        const FreeParameter& parameter = model.parameters[place];
+        const Eigen::Index row = out.residual.size();
+        out.jacobian.conservativeResizeLike(Eigen::MatrixXd::Zero(row + 1, out.jacobian.cols()));
+        out.residual.conservativeResizeLike(Eigen::VectorXd::Zero(row + 1));
+        out.predicted.conservativeResizeLike(Eigen::VectorXd::Zero(row + 1));
+        out.jacobian(row, static_cast<Eigen::Index>(k)) = 1.0 / parameter.known_within;
+        out.residual(row) = (parameter.known - model.value(place)) / parameter.known_within;
+        ++out.constraints;
+    }
+}
+
 } // namespace
 
 Eigen::Index WeightedSystem::column_of(const ErrorTerm& term) const {
@@ -115,6 +133,7 @@ WeightedSystem weighted_system(const JointLayout& layout, std::span<const System
         out.residual(row++) = -parts[owner.model].model.value(owner.parameter);
     }
     add_terms(parts, out);
+    add_known(layout, parts, out);
     return out;
 }
 

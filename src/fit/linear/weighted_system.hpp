@@ -4,7 +4,8 @@
 //     residual = jacobian · change + white noise of unit variance.
 //
 // Its rows are the readings of all recordings, over their noise and whitened, then one row for each
-// error term k, whose value v_k has mean 0 and standard deviation 1: 0 − v_k = change_k.
+// error term k, whose value v_k has mean 0 and standard deviation 1: 0 − v_k = change_k, and one
+// for each parameter whose value is known within a deviation.
 //
 // One rule for missing values: a reading that was not seen, or that the model does not reach, is a
 // row of zeros. A derivative that is not finite is 0: near the edge of the stem a lane may miss the
@@ -29,7 +30,7 @@ struct WeightedSystem {
     Eigen::MatrixXd jacobian;     ///< (rows, columns), by the parameters' coordinates
     Eigen::VectorXd residual;     ///< (rows), measured − predicted
     Eigen::VectorXd predicted;    ///< (rows)
-    Eigen::Index constraints = 0; ///< of the error terms: the last rows
+    Eigen::Index constraints = 0; ///< of the error terms, then of known parameters: the last rows
     Eigen::Index fitted = 0;      ///< columns of the numbers that a fit changes: the first ones
 
     [[nodiscard]] Eigen::Index readings() const { return residual.size() - constraints; }

@@ -65,6 +65,9 @@ struct EffectParameter {
     bool is_phase = false; ///< a place in rad whose effect is that of a vector with this direction
     double absent = 0.0;   ///< of a size: value without the effect; for Inverse it is `upper`
     StatedBy stated_by = StatedBy::Nobody;
+    /// Standard deviation within which the default is known, for example from the literature; a fit
+    /// uses it as a reading. 0: nothing is known.
+    double known_within = 0.0;
     /// Start values of a fit, tried in turn: of a location, an angle or a time scale, and of a size
     /// that a fit cannot reach from a model without the effect. Null: only the default.
     std::vector<double> (*start_values)(const StartScales& scales) = nullptr;
@@ -203,6 +206,7 @@ struct EffectCard {
     bool spans_the_stem = false;
     bool is_of_the_release = false; ///< it acts only while the stem is released
     bool is_of_the_camera = false;  ///< it changes the pictures of a camera only
+    bool needs_edges = false;       ///< it acts on stems of a rectangular section only
     /// Planar chains that together describe the observed motion if it leaves the plane slightly;
     /// null: the effect acts in the plane.
     std::vector<PlanarPart> (*planar_parts)(std::span<const double> values) = nullptr;

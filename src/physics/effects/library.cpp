@@ -26,14 +26,18 @@ namespace culm::physics {
     EFFECT(hysteretic_damping)                                                                     \
     EFFECT(relaxation)                                                                             \
     EFFECT(fractional_zener)                                                                       \
+    EFFECT(amplitude_damping)                                                                      \
     EFFECT(clamp_compliance)                                                                       \
     EFFECT(clamp_friction)                                                                         \
+    EFFECT(clamp_slip)                                                                             \
     EFFECT(base_motion)                                                                            \
     EFFECT(gravity)                                                                                \
     EFFECT(tip_mass)                                                                               \
     EFFECT(quadratic_drag)                                                                         \
     EFFECT(viscous_drag)                                                                           \
     EFFECT(power_drag)                                                                             \
+    EFFECT(plate_air)                                                                              \
+    EFFECT(still_air)                                                                              \
     EFFECT(finite_release)                                                                         \
     EFFECT(rolling_shutter)                                                                        \
     EFFECT(camera_tilt)

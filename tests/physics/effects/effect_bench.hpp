@@ -31,7 +31,9 @@ struct EffectBench {
     ChainModel<double> model;
     CameraView camera;
 
-    explicit EffectBench(const std::vector<ActiveEffect>& effects, int sphere_count = 56) {
+    explicit EffectBench(const std::vector<ActiveEffect>& effects, int sphere_count = 56,
+                         const StemParameters<double>& of = {})
+        : stem(of) {
         const double length = stem.free_length();
         stem.sphere_count = sphere_count;
         stem.bond_length = length / static_cast<double>(sphere_count - 1);

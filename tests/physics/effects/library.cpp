@@ -45,7 +45,9 @@ TEST(Library, HasTheEffectsOfTheDesign) {
                                        "precurvature",       "relaxation",
                                        "out_of_plane",       "base_motion",
                                        "finite_release",     "rolling_shutter",
-                                       "camera_tilt",        "fractional_zener"};
+                                       "camera_tilt",        "fractional_zener",
+                                       "plate_air",          "still_air",
+                                       "clamp_slip",         "amplitude_damping"};
     const std::vector<std::string> names = effect_names();
     EXPECT_EQ(std::set<std::string>(names.begin(), names.end()), wanted);
     EXPECT_EQ(names.size(), wanted.size());
@@ -111,7 +113,9 @@ TEST(Library, EveryEffectChangesTheModelOrTheCamera) {
     for (const EffectPointer& effect : all_effects()) {
         const SelectedEffect selected{
             effect, std::vector<std::optional<double>>(effect->parameters.size())};
-        const EffectBench bench({with_defaults(selected, StemParameters<double>{})});
+        StemParameters<double> strip;
+        strip.rectangle_depth = 1e-3;
+        const EffectBench bench({with_defaults(selected, strip)}, 56, strip);
         const bool has_weight = bench.model.gravity[0] != 0.0;
         EXPECT_TRUE(!bench.model.is_plain() || has_weight || bench.camera != none.camera)
             << effect->name;

@@ -2,6 +2,7 @@
 // Changes of the chain's coefficients by clamp, air, weight, release and camera.
 #include "core/error.hpp"
 #include "effect_bench.hpp"
+#include "physics/effects/laws/still_air.hpp"
 #include "physics/energy.hpp"
 #include "support/dissipated_power.hpp"
 #include "support/random_chain_state.hpp"
@@ -92,6 +93,41 @@ TEST(PowerDrag, HasAFiniteDerivativeAtRest) {
     }
 }
 
+TEST(PlateAir, IsRefusedForARoundStem) {
+    EXPECT_THROW(EffectBench({active("plate_air", {8.0, 0.35})}), core::InputError);
+}
+
+TEST(StillAir, IsStokesFunction) {
+    // Sader (1998) prints no table. At high Reynolds numbers Stokes' boundary layer of the
+    // thickness δ = √(2ν/ω) = W √(1/2Re) on a cylinder gives Γ = 1 + 2δ/R + 2i δ/R, R = W/2, up to
+    // (δ/R)²; at low ones |Γ| is dominated by the loss.
+    for (const double reynolds_number : {1e3, 1e4}) {
+        const double layer = std::sqrt(2.0 / reynolds_number); // δ/R with Re = ωR²/ν
+        const auto function = hydrodynamic_function(reynolds_number, false);
+        EXPECT_NEAR(function.real(), 1.0 + 2.0 * layer, layer * layer);
+        EXPECT_NEAR(function.imag(), 2.0 * layer, layer * layer);
+    }
+    // Of z = 1, from tables of K_0 and K_1 (Abramowitz & Stegun 9.8) at complex argument there is
+    // none; the differential equation holds: with f = K_1/K_0, f' = f² − f/z − 1.
+    const auto ratio = [](std::complex<double> z) {
+        const double reynolds_number = std::norm(z);
+        const std::complex<double> root = std::sqrt(std::complex<double>(0.0, reynolds_number));
+        return (hydrodynamic_function(reynolds_number, false) - 1.0) * root /
+               std::complex<double>(0.0, 4.0);
+    };
+    const std::complex<double> direction = std::polar(1.0, -0.25 * std::numbers::pi);
+    for (const double size : {0.01, 0.3, 1.0, 5.0, 60.0}) {
+        const double step = 1e-4 * size;
+        const std::complex<double> z = size * direction;
+        const auto slope = (ratio((size + step) * direction) - ratio((size - step) * direction)) /
+                           (2.0 * step * direction);
+        const auto f = ratio(z);
+        EXPECT_LT(std::abs(slope - (f * f - f / z - 1.0)), 1e-6 * std::abs(f / z)) << size;
+    }
+    // A plate has the same added mass as a cylinder where the boundary layer is thin.
+    EXPECT_NEAR(hydrodynamic_function(1e4, true).real(), 1.0, 0.05);
+}
+
 TEST(Gravity, ActsAlongAndAcross) {
     const EffectBench bench({active("gravity", {-9.0, 3.0})});
     EXPECT_EQ(bench.model.gravity[0], -9.0);
@@ -116,7 +152,7 @@ TEST(TipMass, IsTheLastSpheresAndLeavesTheDamping) {
 }
 
 TEST(Clamp, YieldsWithAndWithoutFriction) {
-    const EffectBench compliant({active("clamp_compliance", {0.7})});
+    const EffectBench compliant({active("clamp_compliance", {0.7, 0.0})});
     ASSERT_TRUE(compliant.model.hinge);
     EXPECT_EQ(compliant.model.hinge->stiffness, 0.7);
     EXPECT_EQ(compliant.model.hinge->friction_moment, 0.0);

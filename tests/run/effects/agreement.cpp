@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Every effect of the library: all integrators, lanes and derivatives agree.
 #include "free_vibration.hpp"
-#include "physics/effects/selection.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "run/sensitivities.hpp"
 
@@ -39,14 +38,7 @@ double largest_difference(const std::vector<double>& a, const std::vector<double
 class EveryEffect : public testing::TestWithParam<std::string> {
   protected:
     /// The effect with default parameters for the stem.
-    static CaseSpec with_effect() {
-        CaseSpec spec = coarse_case();
-        const physics::EffectPointer effect = physics::effect_named(GetParam());
-        const physics::SelectedEffect selected{
-            effect, std::vector<std::optional<double>>(effect->parameters.size())};
-        spec.effects = {physics::with_defaults(selected, spec.stem)};
-        return spec;
-    }
+    static CaseSpec with_effect() { return with_default_effect(coarse_case(), GetParam()); }
 };
 
 TEST_P(EveryEffect, IsTheSameExplicitlyAndImplicitly) {
@@ -89,8 +81,10 @@ TEST_P(EveryEffect, IsTheSameInLanes) {
     const auto together = simulate_together(specs);
     for (std::size_t k = 0; k < specs.size(); ++k) {
         // Lanes and scalars sum in a different order, which causes rounding differences. Where
-        // friction changes its sign within a step, the choice of the next step amplifies them.
-        const double magnified = GetParam() == "clamp_friction" ? 100.0 : 1.0;
+        // friction changes its sign or a joint turns back within a step, the choice of the next
+        // step amplifies them.
+        const bool is_dry = GetParam() == "clamp_friction" || GetParam() == "clamp_slip";
+        const double magnified = is_dry ? 100.0 : 1.0;
         EXPECT_LT(largest_difference(completed(together[k]).height_deflection,
                                      completed(simulate(specs[k])).height_deflection),
                   1e-9 * magnified * specs[k].tip_deflection);
@@ -139,7 +133,9 @@ TEST_P(EveryEffect, HasTheDerivativesOfItsParameters) {
         }
         // Each run of the difference is accurate to about 1e-10 of the pull.
         const double noise = 2e-10 * spec.tip_deflection / change;
-        EXPECT_LT(worst, 1e-4 * largest + noise) << to_string(parameters[p].id);
+        // The lanes of a derivative take the same steps over a kink.
+        const double allowed = is_kinked(GetParam()) ? 3e-3 : 1e-4;
+        EXPECT_LT(worst, allowed * largest + noise) << to_string(parameters[p].id);
         EXPECT_TRUE(largest > 100.0 * noise || !described[p].calibrated)
             << to_string(parameters[p].id);
     }

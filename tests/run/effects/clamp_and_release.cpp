@@ -25,7 +25,8 @@ TEST_P(ClampCompliance, HasTheModesOfTheFrequencyEquation) {
     CaseSpec spec = slender_case();
     set_damping_ratio(spec, 0.0005);
     const double spring = GetParam();
-    spec.effects = {active("clamp_compliance", {spring * physics::stiffness_scale(spec.stem)})};
+    spec.effects = {
+        active("clamp_compliance", {spring * physics::stiffness_scale(spec.stem), 0.0})};
     const Swing tip = swing(spec, 60.0);
     const double bare = physics::first_frequency(spec.stem);
     for (const int mode : {1, 2}) {

@@ -50,6 +50,9 @@ std::vector<double> numbers_of(const CaseSpec& spec) {
         numbers.insert(numbers.end(), drag.shape.begin(), drag.shape.end());
     }
     append_optional(model.chain.bending, numbers);
+    append_optional(model.chain.bending_loss, numbers);
+    append_optional(model.chain.slip, numbers);
+    append_optional(model.chain.air_mass, numbers);
     append_all(model.chain.straight_moments, numbers);
     append_optional(model.chain.base_motion, numbers);
     append_optional(model.chain.release, numbers);
@@ -64,6 +67,7 @@ physics::ActiveEffect usual(const physics::EffectPointer& effect, const CaseSpec
 
 CaseSpec with_a_mass() {
     CaseSpec spec = coarse_stem();
+    spec.stem.rectangle_depth = 2e-3; // so that all effects act on it
     spec.added_masses = {{0.8 * spec.stem.free_length(), 5e-6}};
     return spec;
 }

@@ -14,11 +14,6 @@ double mass_per_length(const CaseSpec& spec) {
     return physics::mass_per_length(spec.stem);
 }
 
-/// The chain's last sphere is half a sphere: mass per length L is n − 1 spheres.
-double angular_frequency(const CaseSpec& spec) {
-    return 2.0 * pi * physics::first_frequency(spec.stem);
-}
-
 TEST(BareStem, IsAnEulerBernoulliBeam) {
     CaseSpec spec = slender_case();
     set_damping_ratio(spec, 0.005);

@@ -5,7 +5,6 @@
 
 #include "free_vibration.hpp"
 #include "integrate/implicit.hpp"
-#include "physics/effects/selection.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "run/case_lanes.hpp"
 #include "run/case_model.hpp"
@@ -94,20 +93,17 @@ std::vector<double> running_integral(const std::vector<double>& times,
 class EnergyOf : public testing::TestWithParam<std::string> {
   protected:
     static Account account() {
-        CaseSpec spec = energy_case();
-        const physics::EffectPointer effect = physics::effect_named(GetParam());
-        const physics::SelectedEffect selected{
-            effect, std::vector<std::optional<double>>(effect->parameters.size())};
-        spec.effects = {physics::with_defaults(selected, spec.stem)};
+        const CaseSpec spec = with_default_effect(energy_case(), GetParam());
         return dimensions_of(spec) == 2 ? account_of<2>(spec) : account_of<3>(spec);
     }
 };
 
 /// Allowed error of the balance relative to the released energy. The error of the integrator is
 /// 1e-10 at this tolerance. The principal planes of out_of_plane do not rotate with the stem's
-/// twist, which does work of second order in the deflection.
+/// twist, which does work of second order in the deflection. Where a loss or a slip turns back
+/// within a step, its rate has a kink.
 double allowed_error(const std::string& effect) {
-    return effect == "out_of_plane" ? 1e-4 : 1e-9;
+    return effect == "out_of_plane" ? 1e-4 : is_kinked(effect) ? 1e-6 : 1e-9;
 }
 
 TEST_P(EnergyOf, IsAccountedFor) {
@@ -136,7 +132,8 @@ TEST_P(EnergyOf, GrowsOnlyWithAMovingSupport) {
 TEST_P(EnergyOf, FallsOnlyByTheBondsDampingIfTheEffectIsConservative) {
     const std::set<std::string> lossy{"quadratic_drag",     "viscous_drag", "power_drag",
                                       "hysteretic_damping", "relaxation",   "clamp_friction",
-                                      "fractional_zener"};
+                                      "fractional_zener",   "plate_air",    "still_air",
+                                      "amplitude_damping",  "clamp_slip"};
     const Account found = account();
     const double taken = running_integral(found.times, found.taken).back() / found.stored.front();
     // The bonds dissipate 0.9 % here, most of it from higher modes; taper and tip mass change that

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "physics/effects/library.hpp"
+#include "physics/effects/selection.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "run/simulate.hpp"
 
@@ -52,6 +53,29 @@ inline CaseSpec slender_case() {
     spec.law = physics::consistent_law();
     spec.integrator.relative_tolerance = 1e-8;
     spec.tip_deflection = 1e-3;
+    return spec;
+}
+
+/// The chain's last sphere is half a sphere: mass per length L is n − 1 spheres.
+inline double angular_frequency(const CaseSpec& spec) {
+    return 2.0 * pi * physics::first_frequency(spec.stem);
+}
+
+/// Has the law of the effect a kink where the stem turns back or passes its straight line?
+inline bool is_kinked(const std::string& effect) {
+    return effect == "clamp_slip" || effect == "plate_air" || effect == "amplitude_damping";
+}
+
+/// The stem with one effect of the library and its default parameters; a strip for an effect of
+/// edges.
+inline CaseSpec with_default_effect(CaseSpec spec, const std::string& name) {
+    const physics::EffectPointer effect = physics::effect_named(name);
+    if (effect->needs_edges) {
+        spec.stem.width_across_motion = 0.012;
+        spec.stem.rectangle_depth = 2e-3;
+    }
+    spec.effects = {physics::with_defaults(
+        {effect, std::vector<std::optional<double>>(effect->parameters.size())}, spec.stem)};
     return spec;
 }
 

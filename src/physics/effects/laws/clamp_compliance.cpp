@@ -10,7 +10,9 @@ EffectPointer clamp_compliance() {
         {.name = "clamp_compliance",
          .family = Family::Clamp,
          .summary = "the clamp yields: a rotational spring at the base",
-         .law = "M = -k θ on the stem's first cross-section, with its rotation θ",
+         .law =
+             "M = -k (θ + η/ω1 dθ/dt) on the stem's first cross-section, with its rotation θ and "
+             "the angular frequency ω1 of mode 1",
          .source = "Chun (1972), J. Appl. Mech. 39:1154-1155 (beam with one end spring-hinged and "
                    "the other free)",
          .signature =
@@ -19,13 +21,14 @@ EffectPointer clamp_compliance() {
              "does too",
          .remedy = "film a mark right above the clamp; pull statically and read two heights; clamp "
                    "again. In a model that feeds a bulk simulation keep k out of the modulus",
-         .energy = "stores ½ k θ². Conservative",
-         .parameters = {clamp_stiffness()},
+         .energy = "stores ½ k θ² and takes out π η k θ² in a cycle of mode 1",
+         .parameters = {clamp_stiffness(), clamp_loss()},
          .belongs_to = BelongsTo::Rig},
         [](std::span<const double> values, EffectTarget& target) {
             // Without friction its rate has no effect, but it must not be zero.
             target.model.hinge =
-                BaseHinge<double>{values[0], 0.0, clamp_friction_rate().default_value};
+                BaseHinge<double>{values[0], 0.0, clamp_friction_rate().default_value,
+                                  values[0] * values[1] / loaded_angular_frequency(target)};
         },
         [](const StemParameters<double>& stem, std::span<EffectParameter> parameters) {
             suit_clamp_stiffness(stem, parameters[0]);

@@ -8,20 +8,6 @@
 
 namespace culm::physics {
 
-namespace {
-
-/// A rigid clamp has no friction: the spring only defines where friction acts.
-EffectParameter spring() {
-    EffectParameter stiffness = clamp_stiffness();
-    stiffness.is_place = true;
-    stiffness.start_values = [](const StartScales& of) {
-        return std::vector{2.0 * of.stiffness, 10.0 * of.stiffness, 50.0 * of.stiffness};
-    };
-    return stiffness;
-}
-
-} // namespace
-
 EffectPointer clamp_friction() {
     return make_effect(
         {.name = "clamp_friction",
@@ -41,7 +27,7 @@ EffectPointer clamp_friction() {
          .parameters = {size_parameter(
                             "moment_nm", "N m", "M_f: friction moment of the turning clamp",
                             {.default_value = 1e-4, .lower = 0.0, .upper = 1e3, .scale = 1e-4}),
-                        spring(), clamp_friction_rate()},
+                        clamp_spring(), clamp_friction_rate()},
          .excludes = {"clamp_compliance"},
          .belongs_to = BelongsTo::Rig},
         [](std::span<const double> values, EffectTarget& target) {

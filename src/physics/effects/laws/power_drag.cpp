@@ -1,30 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Drag of the air that grows with a power of the speed between one and two.
-#include "physics/air_drag.hpp"
 #include "physics/effects/effect.hpp"
-
-#include <cmath>
+#include "physics/effects/laws/air.hpp"
 
 namespace culm::physics {
 
 namespace {
 
-constexpr double reference_speed = 1.0;  // m/s: there C is the coefficient of quadratic drag
-constexpr double smoothing_speed = 1e-4; // m/s
-
-/// r = c (v² + v0²)^((p − 1)/2). For p < 2 the slope of |v|^(p − 1) is infinite at rest, where
-/// every stem reverses in each half cycle; v0 makes it finite and changes the force at speed v
-/// by the share (p − 1)/2 (v0/v)², 5e-9 at 1 m/s.
-struct PowerLaw {
-    template <class T>
-    static Resistance<T> at(const T& coefficient, const T& speed, std::span<const T> shape) {
-        using std::pow;
-        const T power = shape[0] - T(1.0);
-        const T square = speed * speed + T(smoothing_speed * smoothing_speed);
-        const T value = coefficient * pow(square, T(0.5) * power);
-        return {value, value * power * speed / square};
-    }
-};
+constexpr double reference_speed = 1.0; // m/s: there C is the coefficient of quadratic drag
 
 } // namespace
 
