@@ -162,6 +162,35 @@ reduce::StemHistories histories_of(const measure::Measurement& measurement) {
     return stem;
 }
 
+reduce::BackboneInput backbone_input(const measure::Measurement& measurement,
+                                     std::span<const double> readings) {
+    reduce::BackboneInput input;
+    input.heights = measurement.heights;
+    input.length = measurement.stem.length;
+    input.histories.times = measurement.times;
+    const std::size_t rows = measurement.heights.size();
+    if (!readings.empty())
+        input.histories.times.resize(readings.size() / rows);
+    for (std::size_t j = 0; j < rows; ++j) {
+        std::vector<double> history = measurement.history(j);
+        history.resize(input.histories.times.size());
+        for (std::size_t i = 0; i < history.size() && !readings.empty(); ++i)
+            if (!std::isnan(history[i]))
+                history[i] = readings[i * rows + j];
+        double largest = 0.0;
+        for (const double reading : history)
+            largest = std::max(largest, std::isnan(reading) ? 0.0 : std::abs(reading));
+        input.histories.weights.push_back(
+            1.0 / std::max(measurement.noise_at(j).value_or(1e-3 * largest), 1e-300));
+        input.histories.histories.push_back(std::move(history));
+        input.derivatives.push_back(measurement.time_derivatives_at(j));
+        input.has_deflections =
+            input.has_deflections && (measurement.sensors.empty() ||
+                                      measurement.sensors[j].quantity != measure::Quantity::Strain);
+    }
+    return input;
+}
+
 RingDownsOfBoth ring_downs_of_both(const fit::RecordingFit& fit,
                                    const measure::Measurement& measurement) {
     // Eq. 1 assumes a release from rest at time 0; measurement and model get a free phase alike.

@@ -5,6 +5,7 @@
 
 #include "fit/fit.hpp"
 #include "measure/folder/measurement.hpp"
+#include "reduce/backbone/backbone.hpp"
 #include "reduce/ring_down/stem_ring_downs.hpp"
 
 #include <optional>
@@ -71,6 +72,10 @@ void describe(To& to, const SwingWindow& window) {
 
 /// The readings at every height, with their noise where it is known.
 [[nodiscard]] reduce::StemHistories histories_of(const measure::Measurement& measurement);
+
+/// The readings for a backbone; `readings` (times, heights) instead of the measured ones.
+[[nodiscard]] reduce::BackboneInput backbone_input(const measure::Measurement& measurement,
+                                                   std::span<const double> readings = {});
 
 struct RingDownsOfBoth {
     reduce::StemRingDowns measured;

@@ -81,10 +81,52 @@ void read_uncertainties(const fs::path& file, Measurement& measurement) {
     measurement.reading_uncertainties = std::move(table.deflections);
 }
 
+/// The time of the largest reading, if the stem hardly moves in the period at the beginning of the
+/// record: then it is not yet free there.
+std::optional<double> late_release(const Measurement& measurement) {
+    constexpr double quiet = 0.5; // of the largest reading
+    const auto& times = measurement.times;
+    std::vector<double> history;
+    std::size_t peak = 0;
+    double largest = 0.0;
+    for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
+        std::vector<double> row = measurement.history(j);
+        const double centre = centre_of_swing(times, row, times.front());
+        for (double& reading : row)
+            reading = (reading - centre) * measurement.heights[j]; // the upper row where equal
+        const auto top = std::ranges::max_element(
+            row, {}, [](double reading) { return std::isnan(reading) ? 0.0 : std::abs(reading); });
+        if (std::abs(*top) > largest) {
+            largest = std::abs(*top);
+            peak = static_cast<std::size_t>(top - row.begin());
+            history = std::move(row);
+        }
+    }
+    std::vector<double> passages;
+    for (std::size_t i = peak + 1; i < history.size(); ++i)
+        if (history[i - 1] * history[i] < 0.0)
+            passages.push_back(times[i]);
+    if (passages.size() < 4)
+        return std::nullopt;
+    const double end = times.front() + mean_period(passages);
+    for (std::size_t i = 0; i < history.size() && times[i] < end; ++i)
+        if (i == peak || std::abs(history[i]) > quiet * largest)
+            return std::nullopt;
+    return times[peak];
+}
+
 /// Removes the frames before the start, which becomes time 0.
 void begin_at_start(const fs::path& folder, Measurement& measurement) {
-    if (measurement.start == 0.0) // none is stated
+    if (measurement.start == 0.0) { // none is stated
         measurement.start = std::max(0.0, measurement.times.front());
+        if (const auto late = late_release(measurement); late && *late > measurement.start) {
+            measurement.start = *late;
+            measurement.remarks.push_back(fmt::format(
+                "{}: the stem is not free at the beginning of the record; the readings before the "
+                "largest one, at {:.4g} s, are left out ([release] start_s states another start)",
+                folder.string(), *late));
+        }
+    }
     const auto first = std::ranges::lower_bound(measurement.times, measurement.start);
     const auto before = first - measurement.times.begin();
     if (measurement.times.end() - first < 2)

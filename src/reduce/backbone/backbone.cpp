@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "reduce/backbone/backbone.hpp"
+
+#include "reduce/ring_down/ring_down_model.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace culm::reduce {
+namespace {
+
+constexpr double cycles_of_window = 8.0;
+constexpr double least_amplitude = 4.0; ///< standard errors
+constexpr double farthest_other = 0.03; ///< from the frequency of the whole record
+
+/// Height at which a mode is largest over the noise.
+std::size_t largest_height(const DampedMode& mode) {
+    std::size_t best = 0;
+    const auto size = [&](std::size_t j) {
+        return std::abs(mode.amplitudes[j]) / mode.amplitude_errors[j];
+    };
+    for (std::size_t j = 1; j < mode.amplitudes.size(); ++j)
+        if (size(j) > size(best))
+            best = j;
+    return best;
+}
+
+/// Mode `k` in a window: with the others free, else with their rates of the whole record.
+std::optional<DampedMode> mode_in(const HeightHistories& window, std::vector<ModeRate> rates,
+                                  std::size_t k) {
+    if (const auto all = fit_damped_modes(window, rates)) {
+        bool is_plausible = true;
+        for (std::size_t m = 0; m < rates.size(); ++m) {
+            const ModeRate& found = all->modes[m].rate;
+            if (m != k)
+                is_plausible =
+                    is_plausible && found.decay_rate < 0.0 &&
+                    std::abs(found.frequency / rates[m].frequency - 1.0) < farthest_other;
+        }
+        if (is_plausible)
+            return all->modes[k];
+    }
+    for (std::size_t m = 0; m < rates.size(); ++m)
+        rates[m].is_free = m == k;
+    if (const auto alone = fit_damped_modes(window, rates))
+        return alone->modes[k];
+    return std::nullopt;
+}
+
+std::optional<BackbonePoint> point_of(const DampedMode& mode, std::size_t height, int derivatives,
+                                      const HeightHistories& window) {
+    const double middle = 0.5 * (window.times.back() - window.times.front());
+    const double size = std::abs(mode.amplitudes[height]);
+    if (!(size > least_amplitude * mode.amplitude_errors[height]) ||
+        !(mode.frequency_error < 0.05 * mode.rate.frequency))
+        return std::nullopt;
+    const double omega = two_pi * mode.rate.frequency;
+    return BackbonePoint{.amplitude = size * std::exp(mode.rate.decay_rate * middle) /
+                                      std::pow(omega, derivatives),
+                         .damping_ratio = mode.damping_ratio(),
+                         .damping_error = mode.damping_ratio_error(),
+                         .frequency = mode.rate.frequency,
+                         .frequency_error = mode.frequency_error,
+                         .time = window.times.front() + middle};
+}
+
+/// A cantilever's large swing shifts the frequency by about this times (A/L)².
+constexpr double geometric_shift = 0.3;
+constexpr double least_shift = 2e-4;
+
+ModeBackbone backbone_of(const BackboneInput& input, const HeightHistories& all,
+                         const std::vector<ModeRate>& rates, std::size_t k,
+                         const DampedMode& whole) {
+    const std::size_t height = largest_height(whole);
+    ModeBackbone out;
+    out.mode = k + 1;
+    out.height = input.heights[height];
+    const double length = cycles_of_window / rates[k].frequency;
+    for (double begin = all.times.front(); begin + length <= all.times.back() + 1e-9;
+         begin += 0.5 * length) {
+        const HeightHistories window = part_of(all, begin, begin + length);
+        std::vector<ModeRate> at = rates;
+        const auto found = mode_in(window, at, k);
+        if (!found)
+            continue;
+        if (const auto point = point_of(*found, height, input.derivatives[height], window))
+            out.points.push_back(*point);
+        else if (!out.points.empty())
+            break; // the mode has decayed
+    }
+    out.laws = amplitude_laws(out.points);
+    if (!out.laws) {
+        out.reason = out.points.size() < 5 ? "fewer than five windows of eight cycles show it"
+                                           : "its amplitude changes too little";
+        return out;
+    }
+    const double swing =
+        input.has_deflections ? out.laws->reference / std::max(input.heights[height], 1e-9) : 0.1;
+    if (k == 0)
+        out.signature = amplitude_class(out.points, *out.laws,
+                                        std::max(least_shift, geometric_shift * swing * swing));
+    return out;
+}
+
+} // namespace
+
+std::vector<ModeBackbone> backbones(const BackboneInput& input, std::size_t count) {
+    std::vector<ModeBackbone> out;
+    HeightHistories all = input.histories;
+    if (!all.times.empty())
+        all = part_of(all, std::max(0.0, all.times.front()),
+                      input.last > 0.0 ? input.last : all.times.back());
+    if (all.times.size() < 12)
+        return out;
+    const std::vector<ModeRate> rates = visible_modes(all, count);
+    if (rates.empty())
+        return out;
+    std::vector<ModeRate> fixed = rates;
+    for (ModeRate& rate : fixed)
+        rate.is_free = false;
+    const auto whole = fit_damped_modes(all, fixed);
+    for (std::size_t k = 0; whole && k < rates.size(); ++k)
+        out.push_back(backbone_of(input, all, rates, k, whole->modes[k]));
+    return out;
+}
+
+} // namespace culm::reduce
