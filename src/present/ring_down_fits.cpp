@@ -78,6 +78,15 @@ void describe_measured_stem(To& to, const FitReport& report, std::size_t i) {
         describe_height(to, height, has_offset, report.options.has_phase);
     });
     to.when(stem.frequency && stem.decay_per_cycle, [&] { describe_means(to, stem); });
+    to.when(!report.backbones.empty() || report.stems.empty(), [&] {
+        to("backbone", [&] {
+            return report.backbones.empty() ? std::vector<reduce::ModeBackbone>()
+                                            : report.backbones[i];
+        });
+    });
+    to.when(!report.modes.empty() || report.stems.empty(), [&] {
+        to("modes", [&] { return report.modes.empty() ? std::nullopt : report.modes[i]; });
+    });
 }
 
 template <class To>
@@ -227,6 +236,82 @@ std::string advice(const FitReport& report) {
                                  : "; --phase free lets it start at rest, as a held stem does");
 }
 
+/// "0.0039 (0.0036 … 0.0042)"
+std::string with_interval(const reduce::Estimate& of, double unit = 1.0) {
+    return fmt::format("{:.4g} ({:.4g} … {:.4g})", unit * of.value, unit * of.lower,
+                       unit * of.upper);
+}
+
+/// The laws of a mode, as simulators take them. `unit`: of amplitudes.
+std::string law_lines(const reduce::AmplitudeLaws& laws, const reduce::DeflectionUnit& unit) {
+    const double reference = unit.factor * laws.reference;
+    const std::string over = fmt::format("(A/{:.4g} {})", reference, unit.name);
+    std::string text = "  damping ratio, 95 %: ζ0 " + with_interval(*laws.linear);
+    if (laws.coulomb)
+        text += fmt::format(" + c/A, c {} {}", with_interval(*laws.coulomb, reference), unit.name);
+    if (laws.power)
+        text += fmt::format(" + ζ1 {}^p, ζ1 {}, p {}", over, with_interval(*laws.power),
+                            with_interval(*laws.power_exponent));
+    text += fmt::format("\n  frequency, 95 %: f0 {} Hz", with_interval(laws.frequency));
+    if (laws.softening)
+        text += fmt::format(", (1 - ε {}^q), ε {}, q {}", over, with_interval(*laws.softening),
+                            with_interval(*laws.softening_exponent));
+    return text + fmt::format("\n  decrement per cycle P + Q A, 95 %: P {}, Q {} 1/{}\n",
+                              with_interval(laws.decrement),
+                              with_interval(laws.quadratic_decrement, 1.0 / reference), unit.name);
+}
+
+/// The backbones of a stem; strains are printed in mm/m.
+std::string backbone_lines(const reduce::StemRingDowns& stem,
+                           const std::vector<reduce::ModeBackbone>& backbones) {
+    constexpr std::size_t most_lines = 12;
+    if (backbones.empty())
+        return stem.id + ": no mode stands out of the readings, so there is no backbone\n";
+    std::string text;
+    for (const reduce::ModeBackbone& backbone : backbones) {
+        const reduce::DeflectionUnit unit{1e3, backbone.is_strain ? "mm/m" : "mm"};
+        text += fmt::format("{}: backbone of mode {}, A at h = {:.1f} mm (intervals 95 %)\n",
+                            stem.id, backbone.mode, 1e3 * backbone.height);
+        const std::size_t step = (backbone.points.size() + most_lines - 1) / most_lines;
+        if (!backbone.points.empty())
+            text += fmt::format("{:>10} {:>22} {:>22}\n", "A " + unit.name, "frequency Hz",
+                                "damping ratio");
+        for (std::size_t k = 0; k < backbone.points.size(); k += std::max<std::size_t>(step, 1)) {
+            const reduce::BackbonePoint& point = backbone.points[k];
+            text += fmt::format("{:10.4g} {:>22} {:>22}\n", unit.factor * point.amplitude,
+                                with_uncertainty(point.frequency, 1.96 * point.frequency_error),
+                                with_uncertainty(point.damping_ratio, 1.96 * point.damping_error));
+        }
+        text += backbone.laws ? law_lines(*backbone.laws, unit)
+                              : "  no laws: " + backbone.reason + "\n";
+        if (backbone.signature)
+            text += "  " + reduce::sentence(*backbone.signature) + "\n";
+    }
+    return text;
+}
+
+std::string mode_lines(const reduce::StemRingDowns& stem,
+                       const std::optional<reduce::DampedModesFit>& fit) {
+    if (!fit)
+        return stem.id + ": no damped modes could be fitted together\n";
+    std::string text = fmt::format("{}: {} damped modes at all heights together (intervals 95 %)\n"
+                                   "{:>6} {:>22} {:>22} {:>14}\n",
+                                   stem.id, fit->modes.size(), "mode", "frequency Hz",
+                                   "damping ratio", "A " + stem.unit.name);
+    for (std::size_t k = 0; k < fit->modes.size(); ++k) {
+        const reduce::DampedMode& mode = fit->modes[k];
+        double largest = 0.0;
+        for (const std::complex<double>& amplitude : mode.amplitudes)
+            largest = std::max(largest, std::abs(amplitude));
+        text +=
+            fmt::format("{:6} {:>22} {:>22} {:14.4g}\n", k + 1,
+                        with_uncertainty(mode.rate.frequency, 1.96 * mode.frequency_error),
+                        with_uncertainty(mode.damping_ratio(), 1.96 * mode.damping_ratio_error()),
+                        stem.unit.factor * largest);
+    }
+    return text;
+}
+
 } // namespace
 
 json fit_json(const FitReport& report) {
@@ -245,6 +330,10 @@ std::string fit_table(const FitReport& report) {
         text = stem_lines(report);
     if (report.population)
         text += population_lines(*report.population);
+    for (std::size_t i = 0; i < report.modes.size(); ++i)
+        text += mode_lines(report.stems[i], report.modes[i]);
+    for (std::size_t i = 0; i < report.backbones.size(); ++i)
+        text += backbone_lines(report.stems[i], report.backbones[i]);
     return text + advice(report);
 }
 

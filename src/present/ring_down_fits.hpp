@@ -3,6 +3,7 @@
 #pragma once
 
 #include "present/provenance.hpp"
+#include "reduce/backbone/backbone.hpp"
 #include "reduce/ring_down/stem_ring_downs.hpp"
 
 #include <optional>
@@ -17,8 +18,11 @@ namespace culm::present {
 struct FitReport {
     reduce::RingDownOptions options; ///< as requested; the offset may differ by stem
     std::vector<reduce::StemRingDowns> stems;
-    std::vector<std::string> folders;                    ///< of the stems
-    std::vector<bool> has_offset;                        ///< of the stems
+    std::vector<std::string> folders; ///< of the stems
+    std::vector<bool> has_offset;     ///< of the stems
+    /// (stems) if they were asked for; empty otherwise.
+    std::vector<std::vector<reduce::ModeBackbone>> backbones;
+    std::vector<std::optional<reduce::DampedModesFit>> modes;
     std::optional<reduce::PopulationSummary> population; ///< of two stems or more
     std::vector<std::string> remarks;
     Provenance provenance;

@@ -23,6 +23,8 @@ namespace fs = std::filesystem;
 struct FitArguments : RecordingArguments {
     std::string phase = "fixed";
     std::string offset = "auto";
+    int modes = 1;
+    bool has_backbone = false;
 };
 
 /// The paper's Fig. 3c: time in periods of the stem, deflection from the position of rest relative
@@ -56,6 +58,20 @@ void write_folder(const FitArguments& arguments, const present::FitReport& repor
                              normalised_csv(measurements[i], report.stems[i]));
 }
 
+/// Damped modes that were fitted together, and backbones.
+void add_modes(const FitArguments& arguments, const measure::Measurement& measurement,
+               present::FitReport& report) {
+    reduce::BackboneInput input = residuals::backbone_input(measurement);
+    input.last = arguments.window_s.value_or(0.0);
+    if (arguments.has_backbone)
+        report.backbones.push_back(reduce::backbones(input));
+    if (arguments.modes == 1)
+        return;
+    const reduce::HeightHistories free = reduce::free_part(input);
+    report.modes.push_back(reduce::fit_damped_modes(
+        free, reduce::visible_modes(free, static_cast<std::size_t>(arguments.modes))));
+}
+
 void fit(const FitArguments& arguments, core::ExitCode& exit_code) {
     present::FitReport report;
     report.options.window = arguments.window_s;
@@ -77,6 +93,7 @@ void fit(const FitArguments& arguments, core::ExitCode& exit_code) {
             options.has_phase || measurement.release == measure::ReleaseKind::Moving;
         report.has_offset.push_back(options.has_offset);
         report.stems.push_back(reduce::fit_stem(residuals::histories_of(measurement), options));
+        add_modes(arguments, measurement, report);
     }
     // For a single stem only the statistics within the stem are used.
     const reduce::PopulationSummary population = reduce::summarise_population(report.stems);
@@ -113,6 +130,14 @@ void add_fit_command(CLI::App& app, core::ExitCode& exit_code) {
             "Position of rest: \"fixed\" at 0, \"free\", or \"auto\": free for a stem that "
             "was held straight (default: auto)")
         ->check(CLI::IsMember({"auto", "fixed", "free"}));
+    command
+        ->add_option("--modes", arguments->modes,
+                     "Number of damped modes that are fitted together at all heights (default: 1, "
+                     "Eq. 1 at each height)")
+        ->check(CLI::Range(1, 3));
+    command->add_flag("--backbone", arguments->has_backbone,
+                      "Frequency and damping ratio of modes 1 and 2 against their amplitude, the "
+                      "laws of both, and the effects that have such a signature");
     command->callback([arguments, &exit_code] { fit(*arguments, exit_code); });
 }
 

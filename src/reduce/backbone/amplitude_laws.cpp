@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -204,12 +205,15 @@ std::optional<AmplitudeLaws> amplitude_laws(std::span<const BackbonePoint> point
     AmplitudeLaws laws;
     laws.reference = highest.amplitude;
     const std::vector<Terms> losses{{}, {true, false}, {false, true}, {true, true}};
-    const Fitted damping =
-        best_law(relative_points(points, laws.reference, &BackbonePoint::damping_ratio,
-                                 &BackbonePoint::damping_error),
-                 losses, Sign::Positive);
-    if (damping.numbers.size() == 0)
+    const Points ratios = relative_points(points, laws.reference, &BackbonePoint::damping_ratio,
+                                          &BackbonePoint::damping_error);
+    const Fitted damping = best_law(ratios, losses, Sign::Positive);
+    Fitted decrement = fitted(ratios, {false, true}, 1.0, Sign::Any);
+    if (damping.numbers.size() == 0 || decrement.numbers.size() == 0)
         return std::nullopt;
+    decrement.covariance *= scale_of(decrement, points.size());
+    laws.decrement = number_of(decrement, 0, 2.0 * std::numbers::pi);
+    laws.quadratic_decrement = number_of(decrement, 1, 2.0 * std::numbers::pi);
     if (damping.terms.has_inverse)
         laws.coulomb = number_of(damping, 0);
     laws.linear = number_of(damping, damping.constant());

@@ -4,6 +4,8 @@
 //
 //     ζ(A) = c/A + ζ0 + ζ1 A^p,     f(A) = f0 (1 − ε A^q).
 //
+// The P–Q form is the relative decrement per cycle P + Q A of the same points.
+//
 // c/A is Coulomb friction (a loss ~ A), ζ0 a linear loss (~ A²), ζ1 A^p one that grows faster
 // (p = 1: quadratic drag). For a fixed power the laws are linear in the other numbers, so the power
 // is scanned. Of the laws with some of the terms the one with the smallest χ² + k log n is taken,
@@ -48,6 +50,8 @@ struct AmplitudeLaws {
     std::optional<Estimate> linear;  ///< ζ0
     std::optional<Estimate> power;   ///< ζ1 times the reference^p
     std::optional<Estimate> power_exponent;
+    Estimate decrement;                ///< P
+    Estimate quadratic_decrement;      ///< Q times the reference
     Estimate frequency;                ///< f0, Hz
     std::optional<Estimate> softening; ///< ε times the reference^q
     std::optional<Estimate> softening_exponent;
@@ -63,6 +67,8 @@ void describe(To& to, const AmplitudeLaws& laws) {
     to("linear", laws.linear);
     to("power", laws.power);
     to("power_exponent", laws.power_exponent);
+    to("decrement_p", laws.decrement);
+    to("decrement_q", laws.quadratic_decrement);
     to("frequency_hz", laws.frequency);
     to("softening", laws.softening);
     to("softening_exponent", laws.softening_exponent);

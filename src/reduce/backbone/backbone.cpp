@@ -75,6 +75,7 @@ ModeBackbone backbone_of(const BackboneInput& input, const HeightHistories& all,
     ModeBackbone out;
     out.mode = k + 1;
     out.height = input.heights[height];
+    out.is_strain = !input.has_deflections;
     const double length = cycles_of_window / rates[k].frequency;
     for (double begin = all.times.front(); begin + length <= all.times.back() + 1e-9;
          begin += 0.5 * length) {
@@ -104,12 +105,16 @@ ModeBackbone backbone_of(const BackboneInput& input, const HeightHistories& all,
 
 } // namespace
 
+HeightHistories free_part(const BackboneInput& input) {
+    const HeightHistories& all = input.histories;
+    return all.times.empty() ? all
+                             : part_of(all, std::max(0.0, all.times.front()),
+                                       input.last > 0.0 ? input.last : all.times.back());
+}
+
 std::vector<ModeBackbone> backbones(const BackboneInput& input, std::size_t count) {
     std::vector<ModeBackbone> out;
-    HeightHistories all = input.histories;
-    if (!all.times.empty())
-        all = part_of(all, std::max(0.0, all.times.front()),
-                      input.last > 0.0 ? input.last : all.times.back());
+    const HeightHistories all = free_part(input);
     if (all.times.size() < 12)
         return out;
     const std::vector<ModeRate> rates = visible_modes(all, count);

@@ -28,7 +28,8 @@ struct BackboneInput {
 
 struct ModeBackbone {
     std::size_t mode = 1;
-    double height = 0.0; ///< of the amplitudes, m
+    double height = 0.0;    ///< of the amplitudes, m
+    bool is_strain = false; ///< amplitudes are strains
     std::vector<BackbonePoint> points;
     std::optional<AmplitudeLaws> laws;       ///< empty: too few points, or one amplitude
     std::optional<AmplitudeClass> signature; ///< of mode 1
@@ -40,6 +41,7 @@ template <class To>
 void describe(To& to, const ModeBackbone& backbone) {
     to("mode", backbone.mode);
     to("height_mm", backbone.height);
+    to("is_strain", backbone.is_strain);
     to("points", backbone.points);
     to("laws", backbone.laws);
     to("signature", [&] {
@@ -47,6 +49,9 @@ void describe(To& to, const ModeBackbone& backbone) {
     });
     to("reason", backbone.reason);
 }
+
+/// The readings after the release, up to the last time.
+[[nodiscard]] HeightHistories free_part(const BackboneInput& input);
 
 /// Backbones of the first modes that the readings show, at most `count`.
 [[nodiscard]] std::vector<ModeBackbone> backbones(const BackboneInput& input,

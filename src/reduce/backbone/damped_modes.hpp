@@ -49,6 +49,21 @@ struct DampedMode {
     [[nodiscard]] double damping_ratio_error() const;
 };
 
+/// Amplitudes at the heights, at the first time; SI units of the readings.
+template <class To>
+void describe(To& to, const DampedMode& mode) {
+    to("frequency_hz", mode.rate.frequency);
+    to("frequency_stderr_hz", mode.frequency_error);
+    to("damping_ratio", [&] { return mode.damping_ratio(); });
+    to("damping_ratio_stderr", [&] { return mode.damping_ratio_error(); });
+    to("amplitudes", [&] {
+        std::vector<double> sizes;
+        for (const std::complex<double>& amplitude : mode.amplitudes)
+            sizes.push_back(std::abs(amplitude));
+        return sizes;
+    });
+}
+
 struct DampedModesFit {
     std::vector<DampedMode> modes;
     std::vector<double> offsets;                ///< (heights)
@@ -59,6 +74,12 @@ struct DampedModesFit {
 
 /// The same from `begin` to `end`, s.
 [[nodiscard]] HeightHistories part_of(const HeightHistories& of, double begin, double end);
+
+template <class To>
+void describe(To& to, const DampedModesFit& fit) {
+    to("modes", fit.modes);
+    to("samples", fit.samples);
+}
 
 /// The minimum that these starts lead to, with an offset at every height; empty if there is none:
 /// fewer samples than numbers, or a frequency that leaves the neighbourhood of its start.
