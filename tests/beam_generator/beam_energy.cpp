@@ -27,12 +27,12 @@ MatrixXd BeamModel::mass_matrix() const {
 }
 
 MatrixXd BeamModel::damping_matrix(double branch_step, const VectorXd& q) const {
-    double time = stem_.damping_time;
+    double time = 0.0;
     for (const RelaxingBranch& branch : terms_.branches)
         time += branch_step * branch.fraction / (1.0 + branch_step / branch.time);
     const VectorXd square = field_rows(q, grid_.curvature).rowwise().squaredNorm();
-    const VectorXd weighted = (time + terms_.curvature_damping * square.array()) *
-                              (rigidity_.array() * grid_.weight.array());
+    const VectorXd weighted =
+        (time + bending_time(square)) * (rigidity_.array() * grid_.weight.array());
     const VectorXd drag = terms_.linear_drag * grid_.weight;
     const MatrixXd shapes = grid_.deflection.topRows(grid_.points());
     MatrixXd block = grid_.curvature.transpose() * weighted.asDiagonal() * grid_.curvature +
@@ -65,6 +65,8 @@ MatrixXd BeamModel::stiffness_matrix() const {
         VectorXd clamp = VectorXd::Zero(freedoms());
         add_clamp(1e-6 * unit, clamp);
         stiffness.col(k) += 1e6 * clamp;
+        if (terms_.slip && k == 0)
+            stiffness(0, 0) += terms_.clamp->stiffness;
     }
     if (second_mode_.size() > 0)
         stiffness +=

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 
 #include <Eigen/Eigenvalues>
@@ -168,11 +169,42 @@ void BeamModel::add_inertia_and_loads(const Kinematics& at, const BeamState& sta
             lateral_velocity.topRows(grid_.points()).array().colwise() * drag;
         axial.head(grid_.points()).array() += axial_velocity.head(grid_.points()).array() * drag;
     }
+    if (terms_.air)
+        add_air(state, lateral_velocity, lateral);
     const VectorXd above = grid_.integral.transpose() * axial;
     for (Index f = 0; f < fields(); ++f)
         sum.segment(f * grid_.functions(), grid_.functions()) +=
             grid_.deflection.transpose() * lateral.col(f) +
             grid_.slope.transpose() * above.cwiseProduct(at.along.col(f));
+}
+
+void BeamModel::add_air(const BeamState& state, const MatrixXd& velocity, MatrixXd& lateral) const {
+    constexpr double density = 1.2; // kg/m³
+    const AirAround& air = *terms_.air;
+    const Index points = grid_.points();
+    const Eigen::ArrayXd speed = velocity.col(0).head(points).array();
+    const Eigen::ArrayXd place = field_rows(state.q, grid_.deflection).col(0).head(points).array();
+    const Eigen::ArrayXd number =
+        2.0 * std::numbers::pi / air.width *
+            (place.square() + (speed / air.angular_frequency).square()).sqrt() +
+        1e-9;
+    const Eigen::ArrayXd mass = 0.25 * std::numbers::pi * density * air.width * air.width *
+                                (air.still_mass + air.mass * number.pow(2.0 / 3.0));
+    const Eigen::ArrayXd drag =
+        0.5 * density * air.width * air.drag * number.pow(-1.0 / 3.0) * speed.abs();
+    const Eigen::ArrayXd acceleration =
+        field_rows(state.a, grid_.deflection).col(0).head(points).array();
+    lateral.col(0).head(points).array() +=
+        grid_.weight.array() * (mass * acceleration + drag * speed);
+}
+
+Eigen::ArrayXd BeamModel::bending_time(const VectorXd& squared_curvature) const {
+    Eigen::ArrayXd time = stem_.damping_time + terms_.curvature_damping * squared_curvature.array();
+    if (terms_.strain_loss) {
+        const StrainLoss& loss = *terms_.strain_loss;
+        time += loss.time * (squared_curvature.array().sqrt() / loss.curvature).pow(loss.power);
+    }
+    return time;
 }
 
 void BeamModel::add_bending(const Bending& bent, const MatrixXd& moments, VectorXd& sum) const {
@@ -194,7 +226,8 @@ void BeamModel::add_clamp(const VectorXd& q, VectorXd& sum) const {
     if (!terms_.clamp)
         return;
     const double slope = q[0];
-    sum[0] += terms_.clamp->stiffness * std::asin(slope) / std::sqrt(1.0 - slope * slope);
+    if (!terms_.slip) // a slipping spring is a point law
+        sum[0] += terms_.clamp->stiffness * std::asin(slope) / std::sqrt(1.0 - slope * slope);
     if (fields() == 2)
         sum[grid_.functions()] +=
             rigid_clamp * stem_.rigidity() / stem_.length * q[grid_.functions()];
@@ -228,9 +261,7 @@ VectorXd BeamModel::out_of_balance(const BeamState& state, double finger,
                                      bent.by_slope_rate[k].cwiseProduct(bending_rate.col(j));
         }
     const Eigen::ArrayXd viscosity =
-        rigidity_.array() *
-        (stem_.damping_time +
-         terms_.curvature_damping * bent.curvature.rowwise().squaredNorm().array());
+        rigidity_.array() * bending_time(bent.curvature.rowwise().squaredNorm());
     MatrixXd moments = elastic_moments(bent.curvature);
     moments.array() += curvature_rate.array().colwise() * viscosity;
     for (std::size_t b = 0; b < terms_.branches.size(); ++b) {
@@ -289,7 +320,42 @@ VectorXd BeamModel::finger_direction() const {
     return direction;
 }
 
+void BeamModel::add_slip() {
+    VectorXd direction = VectorXd::Zero(freedoms());
+    direction[0] = 1.0;
+    struct Memory {
+        double turn = 0.0;
+        double moment = 0.0;
+    };
+    const auto memory = std::make_shared<Memory>();
+    // The moment after a turn from the last one that was reached, in small parts.
+    const auto moment_at = [memory, stiffness = terms_.clamp->stiffness,
+                            slip = *terms_.slip](double turn) {
+        constexpr int parts = 8;
+        const double part = (turn - memory->turn) / parts;
+        const auto slope = [&](double moment) {
+            return moment * part > 0.0
+                       ? stiffness * (1.0 - slip.share * std::pow(std::abs(moment), slip.power))
+                       : stiffness;
+        };
+        double moment = memory->moment;
+        for (int k = 0; k < parts; ++k)
+            moment += part * slope(moment + 0.5 * part * slope(moment));
+        return moment;
+    };
+    point_laws_.push_back({direction,
+                           [moment_at](double slope, double) {
+                               return -moment_at(std::asin(slope)) / std::sqrt(1.0 - slope * slope);
+                           },
+                           [moment_at, memory](double slope) {
+                               memory->moment = moment_at(std::asin(slope));
+                               memory->turn = std::asin(slope);
+                           }});
+}
+
 void BeamModel::add_point_laws() {
+    if (terms_.slip)
+        add_slip();
     if (terms_.clamp && terms_.clamp->friction_moment != 0.0) {
         const TurningClamp clamp = *terms_.clamp;
         VectorXd direction = VectorXd::Zero(freedoms());

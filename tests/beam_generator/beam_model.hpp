@@ -27,6 +27,7 @@ struct BeamState {
 struct PointLaw {
     Eigen::VectorXd direction; ///< (freedoms)
     std::function<double(double z, double rate)> force;
+    std::function<void(double z)> arrive = {}; ///< z is reached: of a law with a memory
 };
 
 /// Moments of the relaxing branches at every point, (P, fields · branches), N m.
@@ -107,6 +108,12 @@ class BeamModel {
                      Eigen::VectorXd& sum) const;
     void add_clamp(const Eigen::VectorXd& q, Eigen::VectorXd& sum) const;
     void add_point_laws();
+    void add_slip();
+    /// Air that moves with the points and its drag; `lateral` (P + 1, fields) is a sum of forces.
+    void add_air(const BeamState& state, const Eigen::MatrixXd& velocity,
+                 Eigen::MatrixXd& lateral) const;
+    /// Damping time of the bends κ², (P).
+    [[nodiscard]] Eigen::ArrayXd bending_time(const Eigen::VectorXd& squared_curvature) const;
     void set_second_mode();
     /// mᵀq or mᵀv of a field.
     [[nodiscard]] double second_coordinate(const Eigen::VectorXd& all, Eigen::Index field) const;

@@ -73,6 +73,7 @@ class Stepper {
           branches_(model.held_branches(held.q)) {
         factorise();
         forces_.assign(model.point_laws().size(), 0.0);
+        arrive();
         for (std::size_t i = 0; i < stages; ++i)
             branch_rates_[i] = BranchMoments::Zero(branches_.rows(), branches_.cols());
     }
@@ -80,7 +81,7 @@ class Stepper {
     [[nodiscard]] const BeamState& now() const { return now_; }
 
     void advance() {
-        if (model_.terms().curvature_damping != 0.0)
+        if (model_.terms().curvature_damping != 0.0 || model_.terms().strain_loss)
             factorise();
         for (std::size_t i = 0; i < stages; ++i)
             solve_stage(i);
@@ -89,6 +90,7 @@ class Stepper {
         now_.v = last_.v;
         now_.a = last_.a;
         now_.time += step_;
+        arrive();
         for (std::size_t i = 0; i < stages; ++i)
             branches_ += step_ * stage_weight[stages - 1][i] * branch_rates_[i];
     }
@@ -102,6 +104,12 @@ class Stepper {
         responses_.clear();
         for (const PointLaw& law : model_.point_laws())
             responses_.push_back(tangent_.solve(law.direction));
+    }
+
+    void arrive() {
+        for (const PointLaw& law : model_.point_laws())
+            if (law.arrive)
+                law.arrive(law.direction.dot(now_.q));
     }
 
     void solve_stage(std::size_t i) {
@@ -236,7 +244,7 @@ VectorXd BeamMotion::coordinates(double time) const {
 
 double default_step(const BeamModel& model) {
     const BeamTerms& terms = model.terms();
-    const bool has_friction = terms.clamp && terms.clamp->friction_moment != 0.0;
+    const bool has_friction = terms.clamp && (terms.clamp->friction_moment != 0.0 || terms.slip);
     const double steps_a_period = terms.stop ? 800.0 : has_friction ? 400.0 : 120.0;
     return 1.0 / (steps_a_period * model.stem().first_frequency());
 }

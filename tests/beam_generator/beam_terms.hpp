@@ -35,6 +35,30 @@ struct PowerDrag {
     double exponent = 2.0;    ///< p > 1
 };
 
+/// The spring of a turning clamp slips (Bouc and Wen): its moment z grows by dz = k dθ (1 − s |z|ⁿ)
+/// while |z| grows, and by k dθ while it falls.
+struct SlippingSpring {
+    double share = 0.0; ///< s, (N m)⁻ⁿ
+    double power = 1.0; ///< n
+};
+
+/// Morison's equation with coefficients that depend on the amplitude A at each section, KC = 2πA/W:
+/// drag ½ρW D KC^(−1/3) |v| v and added mass ¼πρW² (k₀ + k KC^(2/3)). A² = y² + (v/ω)².
+struct AirAround {
+    double width = 0.0;             ///< W, m
+    double drag = 0.0;              ///< D
+    double mass = 0.0;              ///< k
+    double still_mass = 0.0;        ///< k₀
+    double angular_frequency = 1.0; ///< ω, rad/s
+};
+
+/// M = E I δ (|κ|/κ_r)ᵖ κ̇.
+struct StrainLoss {
+    double time = 0.0; ///< δ, s
+    double power = 1.0;
+    double curvature = 1.0; ///< κ_r, 1/m
+};
+
 /// A spring and a dashpot that act on the motion of the second mode alone, and not on the held
 /// stem: the dispersion of a material, whose static stiffness is another one.
 struct SecondMode {
@@ -84,13 +108,16 @@ struct BeamTerms {
     double split_angle = 0.0; ///< from the plane of the pull to the stiffer plane, rad
     std::vector<RelaxingBranch> branches;
     double curvature_damping = 0.0; ///< δ of M = E I δ κ² κ̇, m² s
+    std::optional<StrainLoss> strain_loss;
     std::optional<TurningClamp> clamp;
+    std::optional<SlippingSpring> slip; ///< of the clamp
     std::optional<SecondMode> second_mode;
 
     double linear_drag = 0.0;    ///< force per length over speed, N s/m²
     double quadratic_drag = 0.0; ///< N s²/m³
     double cubic_drag = 0.0;     ///< N s³/m⁴
     std::optional<PowerDrag> power_drag;
+    std::optional<AirAround> air;
     double axial_gravity = 0.0; ///< m/s², positive away from the clamp
     double transverse_gravity = 0.0;
     double tip_mass = 0.0; ///< kg

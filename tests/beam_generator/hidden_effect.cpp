@@ -75,11 +75,71 @@ void add_quadratic_drag(const HiddenEffect& effect, const Target& to) {
                                  exponent};
 }
 
+double angular_frequency(const Target& to) {
+    return 2.0 * std::numbers::pi * to.stem.first_frequency();
+}
+
+/// Curvature that strains the outermost fibre by 0.001.
+double reference_curvature(const Target& to) {
+    return 1e-3 / (0.5 * to.stem.diameter);
+}
+
+AirAround& air_around(const Target& to) {
+    if (!to.terms().air)
+        to.terms().air.emplace();
+    AirAround& air = *to.terms().air;
+    air.width = to.stem.width > 0.0 ? to.stem.width : to.stem.diameter;
+    air.angular_frequency = angular_frequency(to);
+    return air;
+}
+
+void add_plate_air(const HiddenEffect& effect, const Target& to) {
+    AirAround& air = air_around(to);
+    air.drag = effect.value("drag_amplitude");
+    air.mass = effect.value("mass_amplitude");
+}
+
+/// Stokes' boundary layer of the thickness δ on a cylinder of the radius R, to (δ/R)².
+void add_still_air(const HiddenEffect& effect, const Target& to) {
+    AirAround& air = air_around(to);
+    const double share =
+        std::sqrt(2.0 * effect.value("viscosity_m2_s") / air.angular_frequency) / (0.5 * air.width);
+    air.still_mass = 1.0 + 2.0 * share;
+    to.terms().linear_drag += 0.25 * std::numbers::pi * effect.value("density_kg_m3") * air.width *
+                              air.width * air.angular_frequency * share * (2.0 + share);
+}
+
+void add_amplitude_damping(const HiddenEffect& effect, const Target& to) {
+    const double power = effect.value("exponent");
+    // A cycle loses π η E I κ² with the mean ∮ |sin|^p cos².
+    const double mean = std::sqrt(std::numbers::pi) * std::tgamma(0.5 * (power + 1.0)) /
+                        std::tgamma(0.5 * power + 2.0);
+    to.terms().strain_loss =
+        StrainLoss{std::numbers::pi * effect.value("loss_factor") / (angular_frequency(to) * mean),
+                   power, reference_curvature(to)};
+}
+
+void add_clamp_slip(const HiddenEffect& effect, const Target& to) {
+    to.terms().clamp = soft_clamp(effect.value("stiffness_nm_rad"), to);
+    const double power = effect.value("exponent");
+    to.terms().slip = SlippingSpring{
+        effect.value("slip_share") * std::pow(to.stem.rigidity() * reference_curvature(to), -power),
+        power};
+}
+
 void add_out_of_plane(const HiddenEffect& effect, const Target& to) {
     to.terms().is_spatial = true;
     to.terms().stiffness_split = effect.value("stiffness_split");
     to.terms().split_angle = effect.value("angle_deg") * std::numbers::pi / 180.0;
 }
+
+/// Effects whose recordings are drawn by name only: the lists below number the cases of the bench.
+constexpr std::array further{
+    KnownEffect{"plate_air", add_plate_air},
+    KnownEffect{"still_air", add_still_air},
+    KnownEffect{"amplitude_damping", add_amplitude_damping},
+    KnownEffect{"clamp_slip", add_clamp_slip},
+};
 
 constexpr std::array library{
     KnownEffect{"taper",
@@ -189,8 +249,12 @@ Add adder_of(const std::string& name) {
     if (const auto* const found = std::ranges::find(outside, name, &KnownEffect::name);
         found != outside.end())
         return found->add;
+    if (const auto* const found = std::ranges::find(further, name, &KnownEffect::name);
+        found != further.end())
+        return found->add;
     std::vector<std::string> names = library_effects();
     std::ranges::copy(outside_effects(), std::back_inserter(names));
+    std::ranges::copy(names_of(further), std::back_inserter(names));
     throw core::InputError(
         fmt::format("no effect \"{}\" for a made-up recording; the nearest is \"{}\"", name,
                     core::nearest_name(name, names)));

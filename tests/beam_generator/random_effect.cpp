@@ -160,6 +160,41 @@ constexpr std::array outer_effects{
         }},
 };
 
+/// Strain at the root when pulled, over 0.001.
+double relative_strain(const Pull& pull) {
+    return 0.5 * pull.stem.diameter * root_curvature(pull) / 1e-3;
+}
+
+constexpr std::array amplitude_effects{
+    Drawn{"plate_air",
+          [](const Pull&, Dice& dice) -> HiddenEffect {
+              return {"plate_air",
+                      {{"drag_amplitude", dice.between(6.0, 10.0)},
+                       {"mass_amplitude", dice.between(0.25, 0.45)}}};
+          }},
+    Drawn{"still_air",
+          [](const Pull&, Dice&) -> HiddenEffect {
+              return {"still_air", {{"density_kg_m3", 1.2}, {"viscosity_m2_s", 1.5e-5}}};
+          }},
+    Drawn{"amplitude_damping",
+          [](const Pull& pull, Dice& dice) -> HiddenEffect {
+              const double power = dice.between(0.7, 2.0);
+              return {"amplitude_damping",
+                      {{"loss_factor",
+                        dice.log_between(0.01, 0.06) * std::pow(relative_strain(pull), -power)},
+                       {"exponent", power}}};
+          }},
+    Drawn{"clamp_slip",
+          [](const Pull& pull, Dice& dice) -> HiddenEffect {
+              const double power = dice.between(0.7, 1.5);
+              return {
+                  "clamp_slip",
+                  {{"slip_share", dice.between(0.1, 0.5) * std::pow(relative_strain(pull), -power)},
+                   {"stiffness_nm_rad", clamp_stiffness(pull, dice)},
+                   {"exponent", power}}};
+          }},
+};
+
 constexpr std::array unknown_effects{
     Drawn{"tip_magnet",
           [](const Pull& pull, Dice& dice) -> HiddenEffect {
@@ -213,7 +248,8 @@ HiddenEffect random_effect(std::string_view name, const Pull& pull, Dice& dice) 
         const auto* const found = std::ranges::find(list, name, &Drawn::name);
         return found == list.end() ? nullptr : found->draw;
     };
-    for (const Draw draw : {in(stem_effects), in(outer_effects), in(unknown_effects)})
+    for (const Draw draw :
+         {in(stem_effects), in(outer_effects), in(amplitude_effects), in(unknown_effects)})
         if (draw != nullptr)
             return draw(pull, dice);
     throw core::InputError(fmt::format("no random strengths for an effect \"{}\"", name));

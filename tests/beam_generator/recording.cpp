@@ -148,6 +148,8 @@ measure::Measurement record(const RecordingSpec& spec) {
     measurement.stem.id = spec.id;
     measurement.stem.length = spec.stem.length * (1.0 + spec.errors.length_error);
     measurement.stem.section = measure::CircularSection{spec.stem.diameter, std::nullopt};
+    if (spec.stem.width > 0.0)
+        measurement.stem.section = measure::RectangularSection{spec.stem.width, spec.stem.diameter};
     measurement.stem.density = spec.stem.density;
     measurement.gravity_direction = spec.gravity_direction;
     measurement.hold_time = spec.hold_time;

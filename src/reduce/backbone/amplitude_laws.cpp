@@ -159,26 +159,39 @@ Estimate exponent_of(const Fitted& law) {
             law.lower_power, law.upper_power};
 }
 
-/// Does the amplitude grow in between, or do the laws leave most of a large variation?
-bool is_unsteady(std::span<const BackbonePoint> points, const AmplitudeLaws& laws) {
+/// Does the amplitude grow in between, or does a varying damping ratio not follow the amplitude?
+/// Points that are known badly do not count.
+bool is_unsteady(std::span<const BackbonePoint> all) {
     constexpr double growth = 1.03;
-    constexpr double notable = 0.3;   // of the mean damping ratio, rms
-    constexpr double explained = 0.6; // of the variance
+    constexpr double well_known = 0.25; // error over the mean damping ratio
+    constexpr double notable = 0.3;     // rms variation of the damping ratio over its mean
+    constexpr double least_order = 0.5; // Kendall's rank correlation
+    std::vector<BackbonePoint> points;
     double sum = 0.0;
-    double squares = 0.0;
-    double left = 0.0;
+    for (const BackbonePoint& point : all)
+        sum += point.damping_ratio / static_cast<double>(all.size());
+    for (const BackbonePoint& point : all)
+        if (point.damping_error < well_known * std::abs(sum))
+            points.push_back(point);
+    double mean = 0.0;
+    double order = 0.0;
     for (std::size_t i = 0; i < points.size(); ++i) {
-        const BackbonePoint& point = points[i];
-        if (i >= 2 && point.amplitude > growth * points[i - 2].amplitude)
+        mean += points[i].damping_ratio / static_cast<double>(points.size());
+        if (i >= 2 && points[i].amplitude > growth * points[i - 2].amplitude)
             return true;
-        sum += point.damping_ratio;
-        squares += point.damping_ratio * point.damping_ratio;
-        left += std::pow(point.damping_ratio - laws.damping_at(point.amplitude), 2);
+        for (std::size_t k = 0; k < i; ++k)
+            order += (points[i].damping_ratio - points[k].damping_ratio) *
+                                 (points[i].amplitude - points[k].amplitude) >
+                             0.0
+                         ? 1.0
+                         : -1.0;
     }
     const auto n = static_cast<double>(points.size());
-    const double variance = squares / n - std::pow(sum / n, 2);
-    return std::sqrt(variance) > notable * std::abs(sum / n) &&
-           left / n > (1.0 - explained) * variance;
+    double squares = 0.0;
+    for (const BackbonePoint& point : points)
+        squares += std::pow(point.damping_ratio - mean, 2) / n;
+    return n > 3.0 && std::sqrt(squares) > notable * std::abs(mean) &&
+           std::abs(order) < least_order * 0.5 * n * (n - 1.0);
 }
 
 } // namespace
@@ -279,7 +292,7 @@ std::string sentence(AmplitudeClass of) {
 
 AmplitudeClass amplitude_class(std::span<const BackbonePoint> points, const AmplitudeLaws& laws,
                                double negligible_shift) {
-    if (is_unsteady(points, laws))
+    if (is_unsteady(points))
         return AmplitudeClass::Beat;
     const auto [lowest, highest] = std::ranges::minmax(points, {}, &BackbonePoint::amplitude);
     const auto change = [&](const auto& law) {
@@ -288,7 +301,7 @@ AmplitudeClass amplitude_class(std::span<const BackbonePoint> points, const Ampl
     const double damping_change =
         change([&](double amplitude) { return laws.damping_at(amplitude); });
     const double size = std::max(laws.damping_at(highest.amplitude), 1e-12);
-    constexpr double notable = 0.05; // of the damping ratio
+    constexpr double notable = 0.12; // of the damping ratio
     const bool has_loss = (laws.coulomb || laws.power) && std::abs(damping_change) > notable * size;
     const double shift = change([&](double amplitude) { return laws.frequency_at(amplitude); }) /
                          laws.frequency.value;

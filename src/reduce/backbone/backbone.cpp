@@ -65,7 +65,7 @@ std::optional<BackbonePoint> point_of(const DampedMode& mode, std::size_t height
 }
 
 /// A cantilever's large swing shifts the frequency by about this times (A/L)².
-constexpr double geometric_shift = 0.3;
+constexpr double geometric_shift = 0.05;
 constexpr double least_shift = 2e-4;
 
 ModeBackbone backbone_of(const BackboneInput& input, const HeightHistories& all,
