@@ -107,34 +107,34 @@ def spectrum_figure(comparison: Comparison):
     return figure
 
 
-def draw_windows(axes, windows: list[dict], key: str, side: str, **style):
-    """The fitted number `key` of every window against the window's amplitude."""
-    known = [window[side] for window in windows if window[side] and window["measured"]]
-    if not known:
+def draw_backbone(axes, backbones: list[dict], key: str, error: str | None, **style):
+    """The number `key` of mode 1 against its amplitude; `error`: key of its standard error."""
+    points = backbones[0]["points"] if backbones else []
+    if not points:
         return
-    axes.errorbar([fit["amplitude_mm"] for fit in known], [fit[key]["value"] for fit in known],
-                  yerr=[1.96 * fit[key]["stderr"] for fit in known] if side == "measured" else None,
-                  **style)
+    axes.errorbar([point["amplitude_mm"] for point in points], [point[key] for point in points],
+                  yerr=[1.96 * point[error] for point in points] if error else None, **style)
 
 
 @styled
 def amplitude_figure(comparison: Comparison):
-    """Frequency, decay and position of rest against the amplitude, measured and modelled."""
-    if not any(window["measured"] for window in
-               comparison.rungs[-1]["where"]["against_amplitude"]):
-        raise FigureSkipped("the record is too short for windows of five cycles.")
+    """The backbone of mode 1, measured and modelled."""
+    measured = comparison.rungs[-1]["where"]["backbone"]["measured"]
+    if not measured or not measured[0]["points"]:
+        raise FigureSkipped("the record is too short for windows of eight cycles.")
     figure = new_figure(2.8, comparison.measurement)
-    panels = figure.subplots(1, 3)
-    keys = [("frequency_hz", "frequency, Hz"), ("b1_per_cycle", "b1 per cycle"),
-            ("rest_mm", "position of rest, mm")]
-    for panel, letter, (key, label) in zip(panels, "abc", keys):
-        draw_windows(panel, comparison.rungs[-1]["where"]["against_amplitude"], key, "measured",
-                     fmt="o", markersize=3, color=BLACK, elinewidth=0.6, label="measured")
+    panels = figure.subplots(1, 2)
+    keys = [("frequency_hz", "frequency_stderr_hz", "frequency, Hz"),
+            ("damping_ratio", "damping_ratio_stderr", "damping ratio")]
+    for panel, letter, (key, error, label) in zip(panels, "ab", keys):
+        draw_backbone(panel, measured, key, error, fmt="o", markersize=3, color=BLACK,
+                      elinewidth=0.6, label="measured")
         for rung, colour in first_and_last(comparison):
-            draw_windows(panel, rung["where"]["against_amplitude"], key, "modelled", fmt="-",
-                         color=colour, label=literal(name_of(rung)))
+            draw_backbone(panel, rung["where"]["backbone"]["modelled"], key, None, fmt="-",
+                          color=colour, label=literal(name_of(rung)))
         panel.set_xscale("log")
-        panel.set(xlabel="amplitude, mm", ylabel=label)
+        panel.set(xlabel="amplitude, mm/m" if measured[0]["is_strain"] else "amplitude, mm",
+                  ylabel=label)
         mark(panel, letter)
     leave_room_above(panels[1], 0.3)
     panels[1].legend(loc="upper left")

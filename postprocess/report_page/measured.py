@@ -174,49 +174,49 @@ def _animation_controls(place: str, models: list, frames: int) -> str:
             f"class=\"model\">{choices}</select> <output class=\"facts\"></output></div>")
 
 
-def _windows(where: dict, key: str, side: str):
-    return [(window[side]["amplitude_mm"], window[side][key]["value"], window[side][key]["stderr"])
-            for window in where["against_amplitude"] if window[side] and window["measured"]]
+BACKBONE_KEYS = (("frequency_hz", "frequency_stderr_hz", "frequency, Hz"),
+                 ("damping_ratio", "damping_ratio_stderr", "damping ratio"))
+
+
+def _points(where: dict, side: str) -> list[dict]:
+    backbones = where["backbone"][side]
+    return backbones[0]["points"] if backbones else []
 
 
 def amplitude_plots(wheres: list) -> list[Plot]:
-    """Frequency and decay against amplitude; wheres: (label, member `where`, colour). The measured
-    values are those of the last one."""
+    """The backbone of mode 1; wheres: (label, member `where`, colour). The measured values are those
+    of the last one."""
     plots = []
-    for key, label in (("frequency_hz", "frequency b2, Hz"), ("b1_per_cycle", "decay per cycle b1")):
-        measured = _windows(wheres[-1][1], key, "measured")
-        if not measured:
-            return []
-        x, y, error = (numbers(part) for part in zip(*measured))
-        amplitudes = x
-        trace = dots(x, y, "measured", BLACK, 7)
-        trace["error_y"] = {"type": "data", "array": [half_width(value) for value in error],
+    measured = _points(wheres[-1][1], "measured")
+    if not measured:
+        return []
+    amplitudes = numbers([point["amplitude_mm"] for point in measured])
+    for key, error, label in BACKBONE_KEYS:
+        trace = dots(amplitudes, numbers([point[key] for point in measured]), "measured", BLACK, 7)
+        trace["error_y"] = {"type": "data",
+                            "array": [half_width(point[error]) for point in measured],
                             "thickness": 1, "color": BLACK}
         traces = [trace]
         for name, where, colour in wheres:
-            modelled = _windows(where, key, "modelled")
-            if modelled:
-                x, y, _ = (numbers(part) for part in zip(*modelled))
-                traces.append(line(x, y, name, colour, dash_of(colour), mode="lines+markers",
+            points = _points(where, "modelled")
+            if points:
+                traces.append(line(numbers([point["amplitude_mm"] for point in points]),
+                                   numbers([point[key] for point in points]), name, colour,
+                                   dash_of(colour), mode="lines+markers",
                                    marker={"color": colour, "size": 4}))
+        unit = "mm/m" if wheres[-1][1]["backbone"]["measured"][0]["is_strain"] else "mm"
         plots.append(Plot(f"amplitude-{key.replace('_', '-')}", label, f"{label} against amplitude, "
                           "measured and modelled.", traces,
-                          layout(log_axis("amplitude, mm", amplitudes), axis(label), legend=False)))
+                          layout(log_axis(f"amplitude, {unit}", amplitudes), axis(label),
+                                 legend=False)))
     return plots
 
 
 def amplitude_table(where: dict) -> str:
-    rows = []
-    for window in where["against_amplitude"]:
-        sides = [window["measured"], window["modelled"]]
-        if sides[0] is None:
-            continue
-        rows.append([f"{1e3 * window['begin_s']:.1f} … {1e3 * window['end_s']:.1f}",
-                     sides[0]["amplitude_mm"],
-                     *(side[key]["value"] if side else None
-                       for key in ("frequency_hz", "b1_per_cycle") for side in sides)])
-    return table(["time, ms", "amplitude, mm", "frequency measured, Hz", "modelled",
-                  "b1 per cycle measured", "modelled"], rows)
+    rows = [[1e3 * point["time_s"], point["amplitude_mm"], point["frequency_hz"],
+             point["damping_ratio"]] for point in _points(where, "measured")]
+    return table(["middle of the window, ms", "amplitude, mm", "frequency, Hz", "damping ratio"],
+                 rows)
 
 
 def where_plots(wheres: list) -> list[Plot]:
@@ -262,8 +262,8 @@ WHERE_CAPTION = ("Residual along the stem: the rms of the residuals over the noi
                  "grey line at 1 is the noise, and solid grey lines are the natural frequencies of the "
                  "fitted chain. A good model stays near 1. A peak at a natural frequency shows that this "
                  "mode is modelled wrongly.")
-AMPLITUDE_CAPTION = ("Frequency and decay against the amplitude, in windows of five cycles. Dots with 95 % "
-                     "intervals are measured, lines are modelled and read in the same way. A good model "
+AMPLITUDE_CAPTION = ("The backbone: frequency and damping ratio of mode 1 against its amplitude, in windows of "
+                     "eight cycles. Dots with 95 % intervals are measured, lines are modelled and read in the same way. A good model "
                      "passes through the intervals. A slope of the dots that a line lacks shows a missing "
                      "dependence on the amplitude.")
 

@@ -148,7 +148,7 @@ Comparison compare(const fit::Fit& model, std::size_t part, const measure::Measu
     result.by_height = residuals_by_height(fit);
     result.by_time = residuals_by_time(fit, parts);
     result.spectrum = residual_spectrum(fit);
-    result.windows = residuals::swing_windows(result.swing);
+    result.backbones = residuals::backbones_of_both(fit, measurement);
     result.structure = residuals::residual_structure(fit, result.swing);
     residuals::RingDownsOfBoth ring_downs = residuals::ring_downs_of_both(fit, measurement);
     result.measured_ring_downs = std::move(ring_downs.measured);

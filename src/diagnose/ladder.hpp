@@ -29,7 +29,7 @@ struct Comparison {
     std::vector<fit::ResidualGroup> by_time; ///< thirds
     fit::ResidualSpectrum spectrum;
     residuals::Swing swing;
-    std::vector<residuals::SwingWindow> windows;
+    residuals::BackbonesOfBoth backbones;
     residuals::ResidualStructure structure;
     reduce::StemRingDowns measured_ring_downs; ///< Eq. 1 at every height: b1 along the stem
     reduce::StemRingDowns modelled_ring_downs; ///< of the model at the same times and heights

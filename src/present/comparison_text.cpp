@@ -23,10 +23,8 @@ using diagnose::Comparison;
 using diagnose::Finding;
 using residuals::ResidualStructure;
 using residuals::SwingError;
-using residuals::SwingWindow;
 
-constexpr double largest_relative_error = 0.25; ///< of a decay that is quoted
-constexpr double fastest_decay = 2.0;           ///< per cycle; a faster decay is not a vibration
+constexpr double largest_relative_error = 0.25; ///< of a damping ratio that is quoted
 constexpr double standard_errors = 3.0;         ///< of a difference that is mentioned
 constexpr double explained_by_noise = 1.1;      ///< residual over noise
 constexpr double smallest_swing = 3.0;          ///< amplitude over noise; below, the swing is over
@@ -116,36 +114,40 @@ std::string amplitude_words(const ResidualStructure& structure) {
                           : "amplitude error: the model's amplitude is" + thirds;
 }
 
-/// The first and the last window in which both sides are known well enough to be quoted.
-std::optional<std::pair<SwingWindow, SwingWindow>>
-well_known_windows(const std::vector<SwingWindow>& windows) {
-    const auto is_swing = [](const residuals::WindowFit& found) {
-        return std::abs(found.decay_per_cycle.value) < fastest_decay;
-    };
-    std::vector<SwingWindow> known;
-    for (const SwingWindow& window : windows)
-        if (window.measured && window.modelled && is_swing(*window.measured) &&
-            is_swing(*window.modelled) &&
-            window.measured->decay_per_cycle.standard_error <
-                largest_relative_error * std::abs(window.measured->decay_per_cycle.value))
-            known.push_back(window);
+/// Ends of the backbones of mode 1 where both are known well enough to be quoted.
+struct BackboneEnds {
+    reduce::BackbonePoint measured_first;
+    reduce::BackbonePoint measured_last;
+    reduce::BackbonePoint modelled_first;
+    reduce::BackbonePoint modelled_last;
+    std::string unit; ///< of the amplitudes, which are in thousandths of SI units
+};
+
+std::optional<BackboneEnds> backbone_ends(const residuals::BackbonesOfBoth& both) {
+    if (both.measured.empty() || both.modelled.empty() || both.modelled.front().points.empty())
+        return std::nullopt;
+    std::vector<reduce::BackbonePoint> known;
+    for (const reduce::BackbonePoint& point : both.measured.front().points)
+        if (point.damping_error < largest_relative_error * std::abs(point.damping_ratio))
+            known.push_back(point);
     if (known.size() < 2)
         return std::nullopt;
-    return std::pair(known.front(), known.back());
+    return BackboneEnds{known.front(), known.back(), both.modelled.front().points.front(),
+                        both.modelled.front().points.back(),
+                        both.measured.front().is_strain ? "mm/m" : "mm"};
 }
 
 /// The change of the measured and of the modelled decay as the amplitude falls.
 std::string decay_words(const Comparison& comparison) {
-    const auto windows = well_known_windows(comparison.windows);
-    if (!windows)
+    const auto ends = backbone_ends(comparison.backbones);
+    if (!ends)
         return {};
-    const auto& [first, last] = *windows;
-    return fmt::format("; from {:.2g} to {:.2g} {} of amplitude the measured decay per cycle goes "
-                       "from {:.3f} to {:.3f}, the modelled one from {:.3f} to {:.3f}",
-                       comparison.unit.factor * first.measured->amplitude,
-                       comparison.unit.factor * last.measured->amplitude, comparison.unit.name,
-                       first.measured->decay_per_cycle.value, last.measured->decay_per_cycle.value,
-                       first.modelled->decay_per_cycle.value, last.modelled->decay_per_cycle.value);
+    return fmt::format("; from {:.2g} to {:.2g} {} of amplitude the measured damping ratio goes "
+                       "from {:.4f} to {:.4f}, the modelled one from {:.4f} to {:.4f}",
+                       1e3 * ends->measured_first.amplitude, 1e3 * ends->measured_last.amplitude,
+                       ends->unit, ends->measured_first.damping_ratio,
+                       ends->measured_last.damping_ratio, ends->modelled_first.damping_ratio,
+                       ends->modelled_last.damping_ratio);
 }
 
 /// The phase lead or lag of the measured swing while both swing, in degrees (360 per cycle).
@@ -162,16 +164,13 @@ std::string phase_words(const Comparison& comparison) {
     std::string text = thirds.empty() ? "phase error"
                                       : "phase error: against the model the measured swing is" +
                                             thirds + " (a cycle has 360°)";
-    if (const auto windows = well_known_windows(comparison.windows)) {
-        const auto& [first, last] = *windows;
+    if (const auto ends = backbone_ends(comparison.backbones))
         text += fmt::format(
             "; as the amplitude falls from {:.2g} to {:.2g} {} the measured frequency goes from "
             "{:.2f} to {:.2f} Hz, the modelled one from {:.2f} to {:.2f} Hz",
-            comparison.unit.factor * first.measured->amplitude,
-            comparison.unit.factor * last.measured->amplitude, comparison.unit.name,
-            first.measured->frequency.value, last.measured->frequency.value,
-            first.modelled->frequency.value, last.modelled->frequency.value);
-    }
+            1e3 * ends->measured_first.amplitude, 1e3 * ends->measured_last.amplitude, ends->unit,
+            ends->measured_first.frequency, ends->measured_last.frequency,
+            ends->modelled_first.frequency, ends->modelled_last.frequency);
     return text;
 }
 

@@ -74,7 +74,7 @@ void describe_where(To& to, const diagnose::Comparison& comparison, const fit::R
     describe_groups(to, "by_height", comparison.by_height, "height_mm", nullptr);
     describe_groups(to, "by_time", comparison.by_time, "begin_s", "end_s");
     to("spectrum", comparison.spectrum);
-    to("against_amplitude", comparison.windows);
+    to("backbone", comparison.backbones);
     to.object("banding", [&] { describe_banding(to, comparison); });
     to("structure", comparison.structure);
     to.object("residual_map", [&] { describe_residual_map(to, fit); });

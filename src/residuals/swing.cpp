@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "residuals/swing.hpp"
 
-#include "core/error.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "run/modes.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -51,25 +51,6 @@ std::vector<double> strongest_shape(const fit::RecordingFit& fit,
     for (double& entry : shape)
         entry /= largest == 0.0 ? 1.0 : largest;
     return shape;
-}
-
-constexpr double cycles_of_window = 5.0;
-constexpr std::size_t fewest_window_frames = 15; ///< for five numbers
-constexpr double smallest_amplitude = 3.0;       ///< over the noise
-
-std::optional<WindowFit> fit_window(const std::vector<double>& times,
-                                    const std::vector<double>& values, double length) {
-    const reduce::RingDownOptions options{
-        .has_offset = true, .has_phase = true, .is_measured = true};
-    try {
-        const reduce::RingDownFit found = reduce::fit_ring_down(times, values, options);
-        // A exp(b t) at the middle of the window, where its amplitude is known best.
-        return WindowFit{std::abs(found.amplitude.value) *
-                             std::exp(0.5 * length * found.decay_rate.value),
-                         found.frequency, found.decay_per_cycle, found.offset};
-    } catch (const core::NumericalError&) {
-        return std::nullopt;
-    }
 }
 
 } // namespace
@@ -119,33 +100,6 @@ Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measure
     return swing;
 }
 
-std::vector<SwingWindow> swing_windows(const Swing& swing) {
-    std::vector<SwingWindow> windows;
-    const double length = cycles_of_window / swing.frequency;
-    for (double begin = 0.0; begin + length <= swing.times.back() * (1.0 + 1e-9);
-         begin += 0.5 * length) {
-        std::vector<double> times;
-        std::vector<double> measured;
-        std::vector<double> modelled;
-        for (std::size_t i = 0; i < swing.times.size(); ++i) {
-            const double time = swing.times[i] - begin;
-            if (time < 0.0 || time > length || std::isnan(swing.measured[i]))
-                continue;
-            times.push_back(time);
-            measured.push_back(swing.measured[i]);
-            modelled.push_back(swing.modelled[i]);
-        }
-        if (times.size() < fewest_window_frames)
-            continue;
-        SwingWindow window{begin, begin + length, fit_window(times, measured, length),
-                           fit_window(times, modelled, length)};
-        if (window.measured && window.measured->amplitude < smallest_amplitude * swing.noise)
-            continue;
-        windows.push_back(window);
-    }
-    return windows;
-}
-
 reduce::StemHistories histories_of(const measure::Measurement& measurement) {
     reduce::StemHistories stem;
     stem.id = measurement.stem.id;
@@ -189,6 +143,22 @@ reduce::BackboneInput backbone_input(const measure::Measurement& measurement,
                                       measurement.sensors[j].quantity != measure::Quantity::Strain);
     }
     return input;
+}
+
+BackbonesOfBoth backbones_of_both(const fit::RecordingFit& fit,
+                                  const measure::Measurement& measurement) {
+    reduce::BackboneInput input = backbone_input(measurement);
+    input.last = fit.times.back();
+    BackbonesOfBoth both{reduce::backbones(input),
+                         reduce::backbones(backbone_input(measurement, fit.prediction.readings))};
+    for (std::size_t k = 0; k < std::min(both.measured.size(), both.modelled.size()); ++k) {
+        const auto& measured = both.measured[k].points;
+        if (!measured.empty())
+            std::erase_if(both.modelled[k].points, [&](const reduce::BackbonePoint& point) {
+                return point.amplitude < 0.8 * measured.back().amplitude;
+            });
+    }
+    return both;
 }
 
 RingDownsOfBoth ring_downs_of_both(const fit::RecordingFit& fit,

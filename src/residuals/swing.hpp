@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The strongest shape of the motion over the heights, its coordinate in measurement and model, and
-// frequency, decay and position of rest as its amplitude falls; and Eq. 1 at every height.
+// The strongest shape of the motion over the heights and its coordinate in measurement and model;
+// the backbones of both, and Eq. 1 at every height.
 #pragma once
 
 #include "fit/fit.hpp"
@@ -31,44 +31,21 @@ struct Swing {
 /// measured ones, if the model does not move), weighted by the noise.
 [[nodiscard]] Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measurement);
 
-/// Eq. 1 with phase and offset, fitted to some cycles of the swing.
-struct WindowFit {
-    double amplitude = 0.0;           ///< in the middle of the window, m
-    reduce::Estimate frequency;       ///< Hz
-    reduce::Estimate decay_per_cycle; ///< b1/b2
-    reduce::Estimate rest;            ///< position of rest, m
+/// Backbones of the measured and of the modelled readings, found in the same way.
+struct BackbonesOfBoth {
+    std::vector<reduce::ModeBackbone> measured;
+    std::vector<reduce::ModeBackbone> modelled; ///< at the same times and heights
 };
 
 template <class To>
-void describe(To& to, const WindowFit& found) {
-    to("amplitude_mm", found.amplitude);
-    to("frequency_hz", found.frequency);
-    to("b1_per_cycle", found.decay_per_cycle);
-    to("rest_mm", found.rest);
+void describe(To& to, const BackbonesOfBoth& both) {
+    to("measured", both.measured);
+    to("modelled", both.modelled);
 }
 
-struct SwingWindow {
-    double begin = 0.0; ///< s
-    double end = 0.0;
-    std::optional<WindowFit> measured; ///< empty: Eq. 1 could not be fitted
-    std::optional<WindowFit> modelled;
-};
-
-/// Measured and modelled motion are fitted by Eq. 1 in the same windows, so that deviations from
-/// Eq. 1 affect both alike.
-template <class To>
-void describe(To& to, const SwingWindow& window) {
-    to("begin_s", window.begin);
-    to("end_s", window.end);
-    to("measured", window.measured);
-    to("modelled", window.modelled);
-}
-
-/// Windows of five cycles, each beginning in the middle of the one before. Measurement and model
-/// are fitted in the same way, so that the effect of a window on Eq. 1 (a second mode, a changing
-/// frequency) cancels in their difference. Windows in which the measured amplitude is below three
-/// times the noise are omitted.
-[[nodiscard]] std::vector<SwingWindow> swing_windows(const Swing& swing);
+/// Over the time of the fit. A modelled backbone ends with the amplitudes of the measured one.
+[[nodiscard]] BackbonesOfBoth backbones_of_both(const fit::RecordingFit& fit,
+                                                const measure::Measurement& measurement);
 
 /// The readings at every height, with their noise where it is known.
 [[nodiscard]] reduce::StemHistories histories_of(const measure::Measurement& measurement);

@@ -62,7 +62,7 @@ class Answers(Diagnose):
         self.assertGreater(found["probability"], 0.95)
         self.assertEqual({spot["effect"] for spot in found["blind_spots"]},
                          {"clamp_compliance", "taper"})
-        self.assertGreater(len(found["where"]["against_amplitude"]), 2)
+        self.assertGreater(len(found["where"]["backbone"]["measured"][0]["points"]), 2)
         # beta was 74 % too high (README.md); the number differs a little with few spheres.
         self.assertRegex(finished.stdout, r"beta \(law consistent\): .* a change of -4\d %")
         self.assertIn("EFFECT: air (most like quadratic_drag) is missing from the published chain "

@@ -45,9 +45,13 @@ def group(**place):
     return {"readings": 60, "rms_mm": 0.1, "mean_mm": 0.01, "rms_over_noise": 2.5, **place}
 
 
-def window(amplitude, decay):
-    return {"amplitude_mm": amplitude, "frequency_hz": estimate(60.0), "b1_per_cycle": estimate(decay),
-            "rest_mm": estimate(0.0)}
+def backbone(*points):
+    """Of mode 1, from pairs of amplitude in mm and damping ratio."""
+    return [{"mode": 1, "height_mm": 100.0, "is_strain": False, "reason": "", "signature": None,
+             "laws": None,
+             "points": [{"time_s": 0.04, "amplitude_mm": amplitude, "damping_ratio": ratio,
+                         "damping_ratio_stderr": 0.001, "frequency_hz": 80.0,
+                         "frequency_stderr_hz": 0.01} for amplitude, ratio in points]}]
 
 
 def where(predicted, decay):
@@ -60,11 +64,8 @@ def where(predicted, decay):
         "spectrum": {"frequency_hz": [0.0, 20.0, 40.0, 60.0],
                      "power_over_noise": [1.0, None, 3.0, 40.0], "mode_frequencies_hz": [60.0],
                      "bands": []},
-        "against_amplitude": [
-            {"begin_s": 0.0, "end_s": 0.08, "measured": window(10.0, -0.2),
-             "modelled": window(10.0, decay)},
-            {"begin_s": 0.08, "end_s": 0.16, "measured": window(3.0, -0.15), "modelled": None},
-            {"begin_s": 0.16, "end_s": 0.24, "measured": None, "modelled": None}],
+        "backbone": {"measured": backbone((10.0, 0.03), (3.0, 0.02)),
+                     "modelled": backbone((10.0, -decay / 6.3))},
         "banding": {"heights": [{"height_mm": 50.0, "measured": estimate(-0.2),
                                  "modelled": estimate(decay)},
                                 {"height_mm": 100.0, "measured": None, "modelled": None}],

@@ -16,9 +16,13 @@ def estimate(value):
     return {"value": value, "stderr": 0.01}
 
 
-def window(amplitude, decay):
-    return {"amplitude_mm": amplitude, "frequency_hz": estimate(80.0),
-            "b1_per_cycle": estimate(decay), "rest_mm": estimate(0.0)}
+def backbone(*points):
+    """Of mode 1, from pairs of amplitude in mm and damping ratio."""
+    return [{"mode": 1, "height_mm": 100.0, "is_strain": False, "reason": "", "signature": None,
+             "laws": None,
+             "points": [{"time_s": 0.04, "amplitude_mm": amplitude, "damping_ratio": ratio,
+                         "damping_ratio_stderr": 0.001, "frequency_hz": 80.0,
+                         "frequency_stderr_hz": 0.01} for amplitude, ratio in points]}]
 
 
 def rung(names, ratio, decay):
@@ -27,8 +31,8 @@ def rung(names, ratio, decay):
                       {"height_mm": 100.0, "rms_over_noise": 2.0 * ratio}],
         "spectrum": {"frequency_hz": [0.0, 10.0, 20.0], "power_over_noise": [1.0, ratio, None],
                      "mode_frequencies_hz": [10.0]},
-        "against_amplitude": [{"measured": window(8.0, -0.2), "modelled": window(8.0, decay)},
-                              {"measured": window(2.0, -0.1), "modelled": None}],
+        "backbone": {"measured": backbone((8.0, 0.03), (2.0, 0.02)),
+                     "modelled": backbone((8.0, -decay / 6.3))},
         "banding": {"heights": [{"height_mm": 50.0, "measured": estimate(-0.15),
                                  "modelled": estimate(decay)},
                                 {"height_mm": 100.0, "measured": None, "modelled": None}]},
@@ -76,8 +80,8 @@ class CompareFigures(unittest.TestCase):
         axes = self.figure("amplitude").axes[1]
         measured, baseline, drag = axes.containers
         self.assertEqual(list(measured.lines[0].get_xdata()), [8.0, 2.0])
-        self.assertEqual(list(baseline.lines[0].get_ydata()), [-0.17])
-        self.assertEqual(list(drag.lines[0].get_ydata()), [-0.2])
+        self.assertEqual(list(baseline.lines[0].get_ydata()), [0.17 / 6.3])
+        self.assertEqual(list(drag.lines[0].get_ydata()), [0.2 / 6.3])
 
     def test_heights_show_residuals_and_decay_along_the_stem(self):
         residual, decay = self.figure("heights").axes

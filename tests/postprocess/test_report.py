@@ -243,7 +243,7 @@ class OfMeasurements(ReportTest):
 
     def test_amplitude_shows_measured_and_modelled(self):
         synthetic_results.write_comparison(self.folder)
-        traces = self.page().drawings()["comparison-amplitude-b1-per-cycle"]["data"]
+        traces = self.page().drawings()["comparison-amplitude-damping-ratio"]["data"]
         self.assertEqual([trace["name"] for trace in traces],
                          ["measured", "baseline", "baseline + quadratic_drag"])
         self.assertEqual(traces[0]["y"], [-0.2, -0.15])

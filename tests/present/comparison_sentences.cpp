@@ -70,15 +70,12 @@ TEST(Words, SayThatTheModelStillSwingsWhereTheStemIsAtRest) {
 TEST(Words, QuoteNoDecayOfAWindowInWhichNothingSwings) {
     diagnose::Comparison comparison = misfit();
     comparison.structure.amplitude_share = 0.9;
-    residuals::WindowFit swinging;
-    swinging.amplitude = 1e-3;
-    swinging.decay_per_cycle = {-0.2, 0.001};
-    residuals::WindowFit fallen = swinging;
-    fallen.decay_per_cycle = {-136.8, 1.0};
-    comparison.windows = {{0.0, 0.1, swinging, swinging}, {0.1, 0.2, swinging, swinging}};
-    EXPECT_THAT(last_sentence(comparison), HasSubstr("decay per cycle goes from -0.200 to -0.200"));
-    comparison.windows[1].measured = fallen;
-    EXPECT_THAT(last_sentence(comparison), Not(HasSubstr("decay per cycle")));
+    reduce::ModeBackbone backbone;
+    backbone.points.assign(2, {.amplitude = 1e-3, .damping_ratio = 0.03, .damping_error = 1e-4});
+    comparison.backbones = {{backbone}, {backbone}};
+    EXPECT_THAT(last_sentence(comparison), HasSubstr("damping ratio goes from 0.0300 to 0.0300"));
+    comparison.backbones.measured.front().points[1].damping_error = 0.02;
+    EXPECT_THAT(last_sentence(comparison), Not(HasSubstr("damping ratio")));
 }
 
 TEST(Words, NameNoHeightWhereThereIsOnlyOne) {
