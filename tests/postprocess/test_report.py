@@ -246,9 +246,9 @@ class OfMeasurements(ReportTest):
         traces = self.page().drawings()["comparison-amplitude-damping-ratio"]["data"]
         self.assertEqual([trace["name"] for trace in traces],
                          ["measured", "baseline", "baseline + quadratic_drag"])
-        self.assertEqual(traces[0]["y"], [-0.2, -0.15])
-        self.assertEqual(traces[1]["y"], [-0.15])
-        self.assertEqual(traces[0]["error_y"]["array"], [0.0196, 0.0196])
+        self.assertEqual(traces[0]["y"], [0.03, 0.02])
+        self.assertEqual(traces[1]["y"], [0.15 / 6.3])
+        self.assertEqual(traces[0]["error_y"]["array"], [0.00196, 0.00196])
 
     def test_calibration_shows_stems_failures_and_population(self):
         synthetic_results.write_calibration(self.folder)

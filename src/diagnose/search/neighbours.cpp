@@ -4,6 +4,7 @@
 #include "fit/linear/layout.hpp"
 
 #include <algorithm>
+#include <iterator>
 
 namespace culm::diagnose {
 namespace {
@@ -55,6 +56,23 @@ std::vector<std::string> absences(const Model& model, std::size_t k, const Stems
     return out;
 }
 
+/// The effects with number `k` replaced by a candidate that it contains: friction and slip contain
+/// the spring of their clamp.
+std::vector<std::vector<ActingEffect>> contained_instead(const Model& model, std::size_t k,
+                                                         const Stems& stems) {
+    std::vector<std::vector<ActingEffect>> out;
+    const std::vector<std::string>& contained = model.effects[k].effect.effect->excludes;
+    for (const physics::SelectedEffect& candidate : stems.options().candidates)
+        if (std::ranges::find(contained, candidate.effect->name) != contained.end()) {
+            ActingEffect& smaller = out.emplace_back(model.effects)[k];
+            if (smaller.is_shared())
+                smaller = on_rig(candidate, smaller.rig, stems);
+            else
+                smaller.effect = candidate;
+        }
+    return out;
+}
+
 } // namespace
 
 std::vector<std::vector<ActingEffect>> neighbours_of(const Model& model, const Stems& stems) {
@@ -65,6 +83,7 @@ std::vector<std::vector<ActingEffect>> neighbours_of(const Model& model, const S
             continue;
         if (model.added() > 1)
             out.push_back(without(model.effects, k));
+        std::ranges::move(contained_instead(model, k, stems), std::back_inserter(out));
         if (!effect.is_shared() && effect.effect.effect->belongs_to == physics::BelongsTo::Rig)
             for (const std::string& rig : stems.rigs())
                 out.push_back(shared_instead(model, k, rig, stems));
