@@ -6,6 +6,7 @@
 #include "fit/errors/stated_inputs.hpp"
 #include "fit/noise/at_rest.hpp"
 #include "fit/solve/error_solution.hpp"
+#include "physics/effects/library.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>
@@ -145,6 +146,9 @@ void add_part_parameters(RecordingFit& fit) {
         out.is_at_bound = !out.is_error && (is_near(out, out.lower) || is_near(out, out.upper));
         if (k < fit.model.parameters.size()) {
             const FreeParameter& described = fit.model.parameters[k];
+            // A value that is known may lie at a bound.
+            out.is_at_bound =
+                out.is_at_bound && !(described.known_within > 0.0 && is_near(out, described.known));
             out.unit = described.unit;
             out.is_place = described.is_place;
             out.absent = described.absent;
@@ -203,6 +207,25 @@ void add_parameters(const JointLayout& layout, const std::vector<bool>& is_held,
     say_bounds(fit.parameters, is_held, fit.reason);
 }
 
+/// Why the fit is not an answer: a load from outside near a natural frequency. Empty: there is
+/// none.
+std::string resonance_of(const RecordingFit& part) {
+    constexpr std::size_t modes = 3;
+    for (const FreeParameter& parameter : part.model.parameters) {
+        const auto of = physics::parameter_named(part.model.spec.effects, parameter.access.id);
+        if (!of || !of->is_excitation)
+            continue;
+        const double frequency = parameter.access.get(part.model.spec);
+        for (const integrate::VibrationMode& mode : run::chain_modes(part.model.spec, modes))
+            if (std::abs(frequency / mode.frequency - 1.0) < physics::near_resonance)
+                return fmt::format("{} = {:.4g} Hz is within {:g} % of a natural frequency ({:.4g} "
+                                   "Hz), where it cannot be told from a shift of that frequency",
+                                   to_string(parameter.access.id), frequency,
+                                   100.0 * physics::near_resonance, mode.frequency);
+    }
+    return {};
+}
+
 } // namespace
 
 Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecording> measurements,
@@ -242,6 +265,11 @@ Fit fit_jointly(std::span<const StemModel> models, std::span<const ObservedRecor
             fit.reason = std::move(doubt);
         }
     add_parameters(layout, is_held, fit);
+    for (const RecordingFit& part : fit.parts)
+        if (std::string resonance = resonance_of(part); !resonance.empty()) {
+            fit.status = FitStatus::Failed;
+            fit.reason = std::move(resonance);
+        }
     solve_with_errors(measurements, layout, is_held, options, fit);
     return fit;
 }

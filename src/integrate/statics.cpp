@@ -34,9 +34,10 @@ class LoadStep {
     using Column = typename Blocks::Column;
 
   public:
-    explicit LoadStep(const physics::Chain<Dim, double>& chain)
-        : chain_(chain), bending_(as_dual<Dual>(chain.model().bending)),
-          blocks_(chain.layout().sphere_count()), increment_(blocks_.block_count(), Column::Zero()),
+    LoadStep(const physics::Chain<Dim, double>& chain, std::span<const double> lateral_loads)
+        : chain_(chain), lateral_loads_(lateral_loads),
+          bending_(as_dual<Dual>(chain.model().bending)), blocks_(chain.layout().sphere_count()),
+          increment_(blocks_.block_count(), Column::Zero()),
           residual_(blocks_.block_count(), Column::Zero()) {}
 
     /// Moves `state` to the equilibrium under `load` times gravity with the tip at
@@ -219,6 +220,8 @@ class LoadStep {
         const int sphere = static_cast<int>(i);
         for (int k = 0; k < Dim; ++k)
             residual_[i](k) = load_ * chain_.sphere_inertia(sphere).mass * chain_.gravity()[k];
+        if (!lateral_loads_.empty())
+            residual_[i](1) += load_ * lateral_loads_[i];
         if (chain_.model().user_laws.empty())
             return;
         auto displaced = chain_.layout().sphere(state.data(), sphere);
@@ -285,6 +288,7 @@ class LoadStep {
     }
 
     const physics::Chain<Dim, double>& chain_;
+    std::span<const double> lateral_loads_; ///< (spheres), N, or empty
     std::optional<physics::BendingLaw<Dual>> bending_;
     Blocks blocks_;
     std::vector<Column> increment_; ///< displacement (m) and rotation (rad) of each sphere
@@ -309,11 +313,12 @@ void set_held_branches(const physics::Chain<Dim, double>& chain, std::vector<dou
 } // namespace
 
 template <int Dim>
-StaticState deflected_equilibrium(const physics::Chain<Dim, double>& chain, double tip_deflection) {
+StaticState deflected_equilibrium(const physics::Chain<Dim, double>& chain, double tip_deflection,
+                                  std::span<const double> lateral_loads) {
     const auto& layout = chain.layout();
     const double free_length = chain.bond_coefficients().length * layout.bond_count();
     StaticState result{chain.straight_state(), 0.0};
-    LoadStep<Dim> step(chain);
+    LoadStep<Dim> step(chain, lateral_loads);
 
     double fraction = 0.0;
     double stride = 1.0 / (least_load_steps + std::ceil(load_steps_per_slope *
@@ -339,7 +344,9 @@ StaticState deflected_equilibrium(const physics::Chain<Dim, double>& chain, doub
     return result;
 }
 
-template StaticState deflected_equilibrium<2>(const physics::Chain<2, double>&, double);
-template StaticState deflected_equilibrium<3>(const physics::Chain<3, double>&, double);
+template StaticState deflected_equilibrium<2>(const physics::Chain<2, double>&, double,
+                                              std::span<const double>);
+template StaticState deflected_equilibrium<3>(const physics::Chain<3, double>&, double,
+                                              std::span<const double>);
 
 } // namespace culm::integrate

@@ -19,9 +19,11 @@ struct StaticState {
 /// are followed from the straight state in load steps; the bond histories are integrated along the
 /// way with the same rates as in motion, at the middle of each step, so that they differ from the
 /// exact path integral by the square of a step's rotation over 24 (below 1e-5 relative).
-/// Throws core::NumericalError(StaticFailed) when no equilibrium is found.
+/// `lateral_loads`: further forces on the spheres, N; empty: none. Throws
+/// core::NumericalError(StaticFailed) when no equilibrium is found.
 template <int Dim>
 [[nodiscard]] StaticState deflected_equilibrium(const physics::Chain<Dim, double>& chain,
-                                                double tip_deflection);
+                                                double tip_deflection,
+                                                std::span<const double> lateral_loads = {});
 
 } // namespace culm::integrate

@@ -61,8 +61,10 @@ ReadableParameter readable(const fit::FittedParameter& parameter) {
     if (id == physics::bond_youngs_modulus)
         return parameter.value < 1e8 ? ReadableParameter{name, 1e-6, "MPa"}
                                      : ReadableParameter{name, 1e-9, "GPa"};
-    if (id == physics::tip_deflection)
+    if (physics::is_of_release(id) && parameter.unit == "m")
         return {name, 1e3, "mm"};
+    if (physics::is_of_release(id) && parameter.unit == "m/s")
+        return {name, 1e3, "mm/s"};
     if (id == physics::release_time)
         return {name, 1e3, "ms"};
     return {parameter_key(parameter)};

@@ -46,7 +46,7 @@ std::vector<std::size_t> tabulated_parameters(std::span<const fit::FittedParamet
     std::vector<std::size_t> places;
     for (std::size_t p = 0; p < parameters.size(); ++p)
         if (const physics::ParameterId id = parameters[p].id.in_one_model();
-            id != physics::tip_deflection && id != physics::release_time && !parameters[p].is_error)
+            !physics::is_of_release(id) && !parameters[p].is_error)
             places.push_back(p);
     return places;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "residuals/swing.hpp"
 
+#include "fit/chain/first_motion.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "run/modes.hpp"
 
@@ -121,22 +122,16 @@ reduce::BackboneInput backbone_input(const measure::Measurement& measurement,
     reduce::BackboneInput input;
     input.heights = measurement.heights;
     input.length = measurement.stem.length;
-    input.histories.times = measurement.times;
+    input.histories = fit::height_histories(measurement);
     const std::size_t rows = measurement.heights.size();
     if (!readings.empty())
         input.histories.times.resize(readings.size() / rows);
     for (std::size_t j = 0; j < rows; ++j) {
-        std::vector<double> history = measurement.history(j);
+        std::vector<double>& history = input.histories.histories[j];
         history.resize(input.histories.times.size());
         for (std::size_t i = 0; i < history.size() && !readings.empty(); ++i)
             if (!std::isnan(history[i]))
                 history[i] = readings[i * rows + j];
-        double largest = 0.0;
-        for (const double reading : history)
-            largest = std::max(largest, std::isnan(reading) ? 0.0 : std::abs(reading));
-        input.histories.weights.push_back(
-            1.0 / std::max(measurement.noise_at(j).value_or(1e-3 * largest), 1e-300));
-        input.histories.histories.push_back(std::move(history));
         input.derivatives.push_back(measurement.time_derivatives_at(j));
         input.has_deflections =
             input.has_deflections && (measurement.sensors.empty() ||

@@ -11,6 +11,7 @@
 #include "physics/effects/effect.hpp"
 #include "physics/stem.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <string>
@@ -42,6 +43,13 @@ enum class Release {
     HeldStraight ///< held in line with the clamp, at rest; gravity or its own curvature moves it
 };
 
+/// A higher mode that the release gives in addition to the pull's, with the shape of a slender
+/// cantilever.
+struct ReleasedMode {
+    double deflection = 0.0; ///< of the tip, m
+    double speed = 0.0;      ///< of the tip, m/s
+};
+
 struct CaseSpec {
     std::int64_t point = 0; ///< index in the study's design
     physics::StemParameters<double> stem;
@@ -59,6 +67,7 @@ struct CaseSpec {
     measure::Reading reading = measure::Reading::Row;
     double readout_time = 0.0; ///< of the camera, known; physics::CameraView's
     Release release = Release::TipPull;
+    std::array<ReleasedMode, 2> released_modes{};    ///< modes 2 and 3
     std::vector<physics::AttachedMass> added_masses; ///< known
     std::vector<physics::ActiveEffect> effects;      ///< beyond the published chain
 

@@ -225,6 +225,10 @@ class ColumnsOfEffect {
         column.is_one_sided = prior.is_one_sided;
         column.absent = prior.absent;
         column.deviation = prior.deviation;
+        if (prior.known_within > 0.0) {
+            column.known_amount = (prior.known - prior.absent) / prior.deviation;
+            column.known_precision = std::pow(prior.deviation / prior.known_within, 2);
+        }
     }
 
     /// The column of a size, or one column per recording if recordings have separate sizes.

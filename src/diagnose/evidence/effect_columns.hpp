@@ -19,10 +19,12 @@ struct EffectColumn {
     /// readings, or if the effect has no free parameter.
     std::size_t parameter = std::numeric_limits<std::size_t>::max();
     bool is_one_sided = false;
-    bool is_certain = false; ///< it acts with exactly this size
-    double secant = 0.0;     ///< size at the end of a secant; 0: a derivative
-    double absent = 0.0;     ///< of a size: coordinate where the effect is absent
-    double deviation = 1.0;  ///< of a size: that of its prior, by its coordinate
+    bool is_certain = false;      ///< it acts with exactly this size
+    double secant = 0.0;          ///< size at the end of a secant; 0: a derivative
+    double absent = 0.0;          ///< of a size: coordinate where the effect is absent
+    double deviation = 1.0;       ///< of a size: that of its prior, by its coordinate
+    double known_amount = 0.0;    ///< mean of the prior in standard deviations from the absence …
+    double known_precision = 1.0; ///< … and its precision; these of a size that is not known
 
     /// Up to which the readings are linear: for a derivative in standard deviations of the prior,
     /// for a secant in units of its length.

@@ -89,6 +89,8 @@ class EstimatedStarts {
             upper(k) = upper_(column(k));
         }
         std::vector<double*> amounts;
+        Eigen::VectorXd precisions(ways.cols());
+        Eigen::VectorXd means(ways.cols());
         Eigen::Index at = own;
         for (std::size_t e = 0; e < chosen_.size(); ++e)
             for (std::size_t k = 0; k < point.effects[e].amounts.size(); ++k, ++at) {
@@ -96,6 +98,8 @@ class EstimatedStarts {
                 const double largest = of.is_certain ? 1.0 : of.largest_amount();
                 lower(at) = of.is_certain ? 1.0 : of.is_one_sided ? 0.0 : -largest;
                 upper(at) = largest;
+                precisions(at - own) = of.known_precision;
+                means(at - own) = of.known_amount;
                 amounts.push_back(&point.effects[e].amounts[k]);
             }
         const Eigen::MatrixXd hidden = base_.view.coefficient_matrix() * ways;
@@ -104,11 +108,11 @@ class EstimatedStarts {
         Eigen::MatrixXd information(all, all);
         information << normal_, across, across.transpose(),
             ways.transpose() * base_.view.gram_matrix().topLeftCorner(columns, columns) * ways +
-                hidden.transpose() * across +
-                Eigen::MatrixXd::Identity(ways.cols(), ways.cols()); // the prior of the sizes
+                hidden.transpose() * across;
+        information.bottomRightCorner(ways.cols(), ways.cols()) += precisions.asDiagonal();
         Eigen::VectorXd right(all);
         right << right_, ways.transpose() * base_.view.overlap_vector().head(columns) +
-                             hidden.transpose() * right_;
+                             hidden.transpose() * right_ + precisions.cwiseProduct(means);
         const Eigen::VectorXd change = fit::bounded_minimum(information, right, lower, upper);
         for (std::size_t k = 0; k < amounts.size(); ++k)
             *amounts[k] = change(own + static_cast<Eigen::Index>(k));

@@ -121,8 +121,7 @@ Eigen::MatrixXd information_without_release(const fit::Fit& fit) {
     std::vector<Eigen::Index> kept;
     std::vector<Eigen::Index> others;
     for (std::size_t k = 0; k < system.ids.size(); ++k) {
-        const bool is_release =
-            system.ids[k] == physics::tip_deflection || system.ids[k] == physics::release_time;
+        const bool is_release = physics::is_of_release(system.ids[k]);
         (is_release || system.errors[k] ? others : kept).push_back(static_cast<Eigen::Index>(k));
     }
     const Eigen::MatrixXd left = fit::Projector(system.jacobian(Eigen::all, others))

@@ -12,7 +12,6 @@ enum class ErrorKind {
     StatedInput, ///< a measured quantity that the model takes as a number
     Division,    ///< of the stem into spheres
     Release,     ///< by hand: every mode starts with another amplitude and velocity
-    Start,       ///< likewise of a motion whose release was not recorded
     Place,       ///< in the picture: lens, light
     Sensor,      ///< its offset and drift
     SecondMode,  ///< its frequency and loss in the model
@@ -35,8 +34,8 @@ struct ErrorTerm {
 
     /// Is it part of every fit? The other terms only enter the linear solution about a fit.
     [[nodiscard]] bool is_fitted() const {
-        return kind == ErrorKind::Start || kind == ErrorKind::Sensor ||
-               kind == ErrorKind::Modulus || kind == ErrorKind::Damping;
+        return kind == ErrorKind::Sensor || kind == ErrorKind::Modulus ||
+               kind == ErrorKind::Damping;
     }
 };
 

@@ -44,12 +44,9 @@ std::vector<run::ShapedMode> resolved_modes(const RecordingFit& fit) {
 ErrorTerm term_of(const run::ShapedMode& shaped, std::size_t number, bool is_velocity, double size,
                   double start, const measure::Measurement& measurement) {
     ErrorTerm term;
-    term.kind =
-        measurement.release == measure::ReleaseKind::Moving ? ErrorKind::Start : ErrorKind::Release;
-    term.id =
-        fmt::format("{} of mode {} at the {} of {}", is_velocity ? "velocity" : "amplitude", number,
-                    measurement.release == measure::ReleaseKind::Moving ? "start" : "release",
-                    measurement.stem.id);
+    term.kind = ErrorKind::Release;
+    term.id = fmt::format("{} of mode {} at the release of {}",
+                          is_velocity ? "velocity" : "amplitude", number, measurement.stem.id);
     const std::complex<double> rate(shaped.mode.decay_rate,
                                     2.0 * std::numbers::pi * shaped.mode.frequency);
     for (const double time : measurement.times) {
@@ -127,12 +124,10 @@ double scale_of(const Fit& fit, const std::vector<ErrorTerm>& units,
 std::vector<ErrorTerm> release_terms(const Fit& fit, const ObservedRecording& recording) {
     const RecordingFit& part = fit.parts.front();
     const std::vector<run::ShapedMode> modes = resolved_modes(part);
-    if (modes.size() < 2)
+    if (modes.size() < 2 || recording.release == measure::ReleaseKind::Moving)
         return {};
     // Tip deflection and release time already fit amplitude and phase of the first mode.
     const double pull = std::abs(part.model.spec.tip_deflection);
-    if (recording.release == measure::ReleaseKind::Moving)
-        return terms_of(modes, std::vector(modes.size(), pull), 0.0, recording);
     const double start = part.model.release_time;
     const double scale =
         scale_of(fit, terms_of(modes, std::vector(modes.size(), 1.0), start, recording), recording);

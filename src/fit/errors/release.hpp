@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A release by hand, or a motion whose release was not recorded: each resolved mode but the first
-// starts with an amplitude and a velocity of its own.
+// A release by hand: each resolved mode but the first starts with an amplitude and a velocity of
+// its own. Of a motion whose release was not recorded they are parameters
+// (fit/chain/parameter.hpp).
 #pragma once
 
 #include "fit/solve/fit_result.hpp"
@@ -9,9 +10,8 @@
 
 namespace culm::fit {
 
-/// About a fit of one recording. ErrorKind::Start if the release was not recorded. Otherwise
-/// ErrorKind::Release, and empty unless an exact release shows departures as large as those in the
-/// first two periods in at most one case of a thousand.
+/// About a fit of one recording whose release was recorded; empty unless an exact release shows
+/// departures as large as those in the first two periods in at most one case of a thousand.
 [[nodiscard]] std::vector<ErrorTerm> release_terms(const Fit& fit,
                                                    const ObservedRecording& recording);
 

@@ -42,8 +42,11 @@ Complex rate_of(const integrate::VibrationMode& mode) {
 /// A second mode of this rate after a release at rest; (frames, heights), row-major.
 Eigen::VectorXd second_mode(const run::ShapedMode& shaped, Complex rate, const RecordingFit& fit,
                             const measure::Measurement& measurement) {
-    const Complex amplitude =
-        shaped.pull_share * fit.model.spec.tip_deflection * Complex(1.0, rate.real() / rate.imag());
+    const run::ReleasedMode& released = fit.model.spec.released_modes.front();
+    const double deflection =
+        shaped.pull_share * fit.model.spec.tip_deflection + released.deflection;
+    // Re B = a and Re s₂B = v.
+    const Complex amplitude(deflection, (rate.real() * deflection - released.speed) / rate.imag());
     const auto rows = static_cast<Eigen::Index>(shaped.reading.size());
     Eigen::VectorXd readings =
         Eigen::VectorXd::Zero(static_cast<Eigen::Index>(fit.times.size()) * rows);

@@ -84,8 +84,8 @@ void reconcile(const std::vector<Shared>& all) {
 } // namespace
 
 bool belongs_to_recording(const physics::ParameterId& parameter) {
-    return parameter.in_one_model() == physics::tip_deflection ||
-           parameter.in_one_model() == physics::release_time ||
+    const physics::ParameterId id = parameter.in_one_model();
+    return physics::is_of_release(id) ||
            physics::belongs_to(parameter.effect) == physics::BelongsTo::Recording;
 }
 

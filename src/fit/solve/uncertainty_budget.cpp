@@ -87,8 +87,8 @@ UncertaintyBudget uncertainty_budget(const Fit& fit, const measure::Measurement&
     std::vector<StatedInput> inputs = stated_inputs(measurement);
     std::size_t next = 0; // the terms of the inputs are in their order
     for (const Pull& pull : fit.pulls) {
-        // Errors of single rows and fitted terms are listed with the noise of the readings.
-        if (is_of_row(pull.kind) || pull.kind == ErrorKind::Start)
+        // Errors of single rows are listed with the noise of the readings.
+        if (is_of_row(pull.kind))
             continue;
         const bool is_stated = pull.kind == ErrorKind::StatedInput;
         BudgetInput& line = budget.inputs.emplace_back();

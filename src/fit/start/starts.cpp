@@ -191,9 +191,14 @@ std::vector<double> residual_peaks(const RecordingFit& fit, std::size_t count) {
     std::vector<double> peaks;
     for (const std::size_t k : order) {
         const double frequency = spectrum.frequencies[k];
-        const bool is_apart = std::ranges::all_of(peaks, [&](double other) {
-            return std::abs(frequency - other) > 3.0 * spectrum.resolution;
-        });
+        const bool is_apart =
+            std::ranges::all_of(peaks,
+                                [&](double other) {
+                                    return std::abs(frequency - other) > 3.0 * spectrum.resolution;
+                                }) &&
+            std::ranges::none_of(spectrum.mode_frequencies, [&](double mode) {
+                return std::abs(frequency / mode - 1.0) < physics::near_resonance;
+            });
         if (frequency > 0.0 && is_apart && peaks.size() < count)
             peaks.push_back(frequency);
     }

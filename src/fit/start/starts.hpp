@@ -9,7 +9,8 @@
 
 namespace culm::fit {
 
-/// Frequencies (Hz) at which the residuals of a fit are strongest, at most `count`.
+/// Frequencies (Hz) at which the residuals of a fit are strongest, at most `count`, not within
+/// physics::near_resonance of the chain's modes.
 [[nodiscard]] std::vector<double> residual_peaks(const RecordingFit& fit, std::size_t count);
 
 /// The scales of a stem in a recording of this duration (s), without peaks of residuals.

@@ -32,6 +32,9 @@ enum class StatedBy {
     HoldTime           ///< for how long the stem was held before the release
 };
 
+/// Relative distance from a natural frequency within which a load from outside is excluded.
+inline constexpr double near_resonance = 0.05;
+
 /// Scales for start values, from a fit of the smaller model.
 struct StartScales {
     double length = 0.0;          ///< of the stem, m
@@ -65,6 +68,9 @@ struct EffectParameter {
     bool is_phase = false; ///< a place in rad whose effect is that of a vector with this direction
     double absent = 0.0;   ///< of a size: value without the effect; for Inverse it is `upper`
     StatedBy stated_by = StatedBy::Nobody;
+    /// The frequency of a load from outside, Hz. Within near_resonance of a natural frequency such
+    /// a load cannot be told from another frequency of the stem, and no fit ends there.
+    bool is_excitation = false;
     /// Standard deviation within which the default is known, for example from the literature; a fit
     /// uses it as a reading. 0: nothing is known.
     double known_within = 0.0;

@@ -6,6 +6,19 @@
 
 namespace culm::physics {
 
+namespace {
+
+EffectParameter frequency() {
+    EffectParameter parameter = place_parameter(
+        "frequency_hz", "Hz", "f: frequency of the support",
+        {.default_value = 50.0, .lower = 0.01, .upper = 1e5, .scale = 10.0},
+        [](const StartScales& of) { return of.residual_peaks(); }, FittedAs::Logarithm);
+    parameter.is_excitation = true;
+    return parameter;
+}
+
+} // namespace
+
 EffectPointer base_motion() {
     return make_effect(
         {.name = "base_motion",
@@ -17,7 +30,8 @@ EffectPointer base_motion() {
          .source = "Clough & Penzien (1993), Dynamics of Structures, McGraw-Hill (support "
                    "excitation)",
          .signature = "a motion with a separate frequency that does not decay, present at the "
-                      "lowest height too and before the release",
+                      "lowest height too and before the release; within 5 % of a natural frequency "
+                      "it cannot be told from a shift of that frequency, so it is excluded there",
          .remedy = "keep a fixed mark in view; bolt support and camera to the same table; record "
                    "the stem at rest",
          .energy =
@@ -26,11 +40,7 @@ EffectPointer base_motion() {
          .parameters = {size_parameter(
                             "amplitude_m", "m", "a: amplitude of the support",
                             {.default_value = 1e-4, .lower = 0.0, .upper = 0.1, .scale = 1e-4}),
-                        place_parameter(
-                            "frequency_hz", "Hz", "f: frequency of the support",
-                            {.default_value = 50.0, .lower = 0.01, .upper = 1e5, .scale = 10.0},
-                            [](const StartScales& of) { return of.residual_peaks(); },
-                            FittedAs::Logarithm),
+                        frequency(),
                         {.name = "phase_rad",
                          .unit = "rad",
                          .meaning = "φ: phase at the release",
