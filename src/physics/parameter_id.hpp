@@ -2,8 +2,6 @@
 // Identifies a parameter of a model.
 #pragma once
 
-#include <algorithm>
-#include <array>
 #include <compare>
 #include <string>
 #include <utility>
@@ -44,18 +42,13 @@ inline const ParameterId bond_youngs_modulus{{}, "bond_youngs_modulus", {}};
 inline const ParameterId bond_damping{{}, "bond_damping", {}};
 inline const ParameterId tip_deflection{{}, "tip_deflection", {}}; ///< before the release
 inline const ParameterId release_time{{}, "release_time", {}};
-/// Of the tip in modes 2 and 3 at the release, in addition to the pull's.
-inline const std::array mode_deflections{ParameterId{{}, "mode_2_deflection", {}},
-                                         ParameterId{{}, "mode_3_deflection", {}}};
-inline const std::array mode_speeds{ParameterId{{}, "mode_2_speed", {}},
-                                    ParameterId{{}, "mode_3_speed", {}}};
 // NOLINTEND(cert-err58-cpp)
 
-/// Is it a parameter of how the stem was let go?
+/// Is it a parameter of how the stem was let go, or of a higher mode in one recording, whose names
+/// begin with "mode_"?
 [[nodiscard]] inline bool is_of_release(const ParameterId& id) {
     return id == tip_deflection || id == release_time ||
-           std::ranges::find(mode_deflections, id) != mode_deflections.end() ||
-           std::ranges::find(mode_speeds, id) != mode_speeds.end();
+           (id.effect.empty() && id.name.starts_with("mode_"));
 }
 
 } // namespace culm::physics

@@ -6,7 +6,6 @@
 #include "physics/effects/stem_scales.hpp"
 #include "run/case_model.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -19,41 +18,27 @@ T packed(std::span<const CaseSpec> specs, double physics::StemParameters<double>
     return core::by_lane<T>([&](std::size_t lane) { return in_lane(specs, lane).stem.*member; });
 }
 
-/// A chain that is pulled aside at the tip and has higher modes: each is held by the forces of its
-/// inertia, and its speed is added.
+/// A chain that is pulled aside at the tip. For the first mode alone, the parts 12/β⁴ of the other
+/// modes in the shape of a pulled cantilever are taken back by the forces of their inertia.
 template <int Dim>
-integrate::StaticState released_state(const physics::Chain<Dim, double>& chain,
-                                      const CaseSpec& spec) {
-    const auto& modes = spec.released_modes;
+integrate::StaticState held_state(const physics::Chain<Dim, double>& chain, const CaseSpec& spec) {
     double tip = spec.tip_deflection;
     std::vector<double> loads;
-    const auto spheres = static_cast<std::size_t>(spec.stem.sphere_count);
-    const auto shape = [&](std::size_t k, std::size_t sphere) {
-        return core::cantilever_shape(k + 1, static_cast<double>(sphere) /
-                                                 static_cast<double>(spheres - 1));
-    };
-    if (std::ranges::any_of(modes, [](const auto& mode) { return mode.deflection != 0.0; }))
-        loads.assign(spheres, 0.0);
-    for (std::size_t k = 0; k < modes.size(); ++k) {
-        tip += modes[k].deflection;
-        const double omega =
-            2.0 * std::numbers::pi * physics::first_frequency(spec.stem) *
-            std::pow(core::cantilever_roots[k + 1] / core::cantilever_roots.front(), 2);
-        for (std::size_t i = 0; i < loads.size(); ++i)
-            loads[i] += modes[k].deflection * omega * omega *
-                        chain.sphere_inertia(static_cast<int>(i)).mass * shape(k, i).value;
-    }
-    integrate::StaticState held = integrate::deflected_equilibrium(chain, tip, loads);
-    for (std::size_t k = 0; k < modes.size(); ++k)
-        for (std::size_t i = 1; i < spheres && modes[k].speed != 0.0; ++i) {
-            auto sphere = chain.layout().sphere(held.state.data(), static_cast<int>(i));
-            const core::ModeShape at = shape(k, i);
-            sphere.velocity[1] += modes[k].speed * at.value;
-            sphere.spin[physics::bending_axis<Dim>] +=
-                modes[k].speed * at.slope / spec.stem.free_length();
-            chain.layout().set_sphere(held.state.data(), static_cast<int>(i), sphere);
+    if (spec.release == Release::FirstMode)
+        loads.assign(static_cast<std::size_t>(spec.stem.sphere_count), 0.0);
+    for (std::size_t mode = 1; !loads.empty() && mode < core::cantilever_roots.size(); ++mode) {
+        const double root = core::cantilever_roots[mode];
+        const double part = -12.0 / std::pow(root, 4) * spec.tip_deflection;
+        const double omega = 2.0 * std::numbers::pi * physics::first_frequency(spec.stem) *
+                             std::pow(root / core::cantilever_roots.front(), 2);
+        tip += part;
+        for (std::size_t i = 0; i < loads.size(); ++i) {
+            const double place = static_cast<double>(i) / static_cast<double>(loads.size() - 1);
+            loads[i] += part * omega * omega * chain.sphere_inertia(static_cast<int>(i)).mass *
+                        core::cantilever_shape(mode, place).value;
         }
-    return held;
+    }
+    return integrate::deflected_equilibrium(chain, tip, loads);
 }
 
 } // namespace
@@ -90,7 +75,7 @@ ReleasedState<T> released_lanes(std::span<const CaseSpec> specs) {
             continue;
         }
         try {
-            integrate::StaticState held = released_state(chain, spec);
+            integrate::StaticState held = held_state(chain, spec);
             states.push_back(std::move(held.state));
             if (model.chain.release)
                 model.chain.release->holding_force = held.holding_force;

@@ -40,14 +40,16 @@ struct Integrator {
 /// How the stem is released.
 enum class Release {
     TipPull,     ///< pulled aside at the tip, in equilibrium
+    FirstMode,   ///< likewise, with forces along the stem that hold back modes 2 and 3
     HeldStraight ///< held in line with the clamp, at rest; gravity or its own curvature moves it
 };
 
-/// A higher mode that the release gives in addition to the pull's, with the shape of a slender
-/// cantilever.
-struct ReleasedMode {
-    double deflection = 0.0; ///< of the tip, m
-    double speed = 0.0;      ///< of the tip, m/s
+/// A higher mode that is superposed on the motion of the chain (fit/chain/higher_modes.hpp).
+struct HigherMode {
+    double deflection = 0.0;    ///< of the tip at the start of the record, m
+    double speed = 0.0;         ///< likewise, m/s
+    double log_frequency = 0.0; ///< of its frequency over that of the chain's mode
+    double log_loss = 0.0;      ///< likewise of its decay rate
 };
 
 struct CaseSpec {
@@ -67,7 +69,7 @@ struct CaseSpec {
     measure::Reading reading = measure::Reading::Row;
     double readout_time = 0.0; ///< of the camera, known; physics::CameraView's
     Release release = Release::TipPull;
-    std::array<ReleasedMode, 2> released_modes{};    ///< modes 2 and 3
+    std::array<HigherMode, 2> higher_modes{}; ///< modes 2 and 3
     std::vector<physics::AttachedMass> added_masses; ///< known
     std::vector<physics::ActiveEffect> effects;      ///< beyond the published chain
 

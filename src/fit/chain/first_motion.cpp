@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/chain/first_motion.hpp"
 
-#include "core/cantilever.hpp"
 #include "core/error.hpp"
 #include "core/order_statistics.hpp"
 #include "reduce/population_statistics.hpp"
@@ -54,17 +53,13 @@ double tip_force_shape(const measure::Measurement& measurement, std::size_t row)
 /// The reading of a row, as a complex amplitude, per deflection of the tip in a mode (0: the first)
 /// of this complex angular frequency. Mode 1 has the shape of tip_force_shape().
 std::complex<double> reading_per_deflection(const measure::Measurement& measurement,
-                                            std::size_t row, std::complex<double> rate,
-                                            std::size_t mode = 0) {
+                                            std::size_t row, std::complex<double> rate) {
     const double length = measurement.stem.length;
-    const double x = std::min(measurement.heights[row] / length, 1.0);
-    const core::ModeShape shape =
-        mode == 0 ? core::ModeShape{tip_force_shape(measurement, row), 0.0, 3.0 * (1.0 - x)}
-                  : core::cantilever_shape(mode, x);
     if (!measurement.sensors.empty() &&
         measurement.sensors[row].quantity == measure::Quantity::Strain)
-        return -measurement.sensors[row].distance_from_axis * shape.curvature / (length * length);
-    return std::pow(rate, measurement.time_derivatives_at(row)) * shape.value;
+        return -3.0 * measurement.sensors[row].distance_from_axis *
+               (1.0 - measurement.heights[row] / length) / (length * length);
+    return std::pow(rate, measurement.time_derivatives_at(row)) * tip_force_shape(measurement, row);
 }
 
 } // namespace
@@ -159,46 +154,6 @@ void release_before(const measure::Measurement& measurement, const RowRingDown& 
     model.expected_release = -since;
     model.release_time = -since;
     model.release_time_bound = 0.25 * period;
-}
-
-void add_released_modes(const measure::Measurement& measurement, const RowRingDown& ring_down,
-                        StemModel& model) {
-    constexpr double resolved_share = 0.4; // of the frame rate
-    constexpr double early_cycles = 8.0;
-    const double first = ring_down.fit.frequency.value;
-    const reduce::HeightHistories early =
-        reduce::part_of(height_histories(measurement), 0.0, early_cycles / first);
-    std::vector<reduce::ModeRate> rates = reduce::visible_modes(early, 3);
-    const auto shown = reduce::fit_damped_modes(early, rates);
-    for (std::size_t mode = 1; mode < core::cantilever_roots.size(); ++mode) {
-        const double root = core::cantilever_roots[mode];
-        const double frequency = first * std::pow(root / core::cantilever_roots.front(), 2);
-        if (frequency * frame_period(measurement) > resolved_share)
-            continue;
-        for (FreeParameter& parameter : released_mode_parameters(
-                 mode - 1, std::abs(model.spec.tip_deflection), 2.0 * std::numbers::pi * frequency))
-            model.parameters.push_back(std::move(parameter));
-        // A mass at the tip spreads the frequencies: the shown mode that is nearest in order.
-        if (!shown || mode >= shown->modes.size())
-            continue;
-        const reduce::DampedMode& found = shown->modes[mode];
-        const std::complex<double> rate(found.rate.decay_rate,
-                                        2.0 * std::numbers::pi * found.rate.frequency);
-        std::size_t row = 0;
-        for (std::size_t j = 1; j < found.amplitudes.size(); ++j)
-            if (std::abs(found.amplitudes[j]) / found.amplitude_errors[j] >
-                std::abs(found.amplitudes[row]) / found.amplitude_errors[row])
-                row = j;
-        const std::complex<double> per_tip = reading_per_deflection(measurement, row, rate, mode);
-        if (std::abs(per_tip) == 0.0)
-            continue;
-        const std::complex<double> at_release =
-            found.amplitudes[row] / per_tip *
-            std::exp(rate * (model.release_time - early.times.front()));
-        const double pulled = 12.0 / std::pow(root, 4) * model.spec.tip_deflection;
-        model.spec.released_modes[mode - 1] = {at_release.real() - pulled,
-                                               (rate * at_release).real()};
-    }
 }
 
 } // namespace culm::fit

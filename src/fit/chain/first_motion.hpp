@@ -40,9 +40,4 @@ struct RowRingDown {
 void release_before(const measure::Measurement& measurement, const RowRingDown& found,
                     StemModel& model);
 
-/// Modes 2 and 3 of a motion whose release was not recorded, as far as the readings resolve them:
-/// free numbers that start with what the first cycles show.
-void add_released_modes(const measure::Measurement& measurement, const RowRingDown& ring_down,
-                        StemModel& model);
-
 } // namespace culm::fit

@@ -15,29 +15,6 @@ std::vector<FreeParameter> baseline_free_parameters() {
             {std::move(baseline[2]), "m", -10.0, 10.0}};
 }
 
-std::array<FreeParameter, 2> released_mode_parameters(std::size_t mode, double size,
-                                                      double angular_frequency) {
-    const auto free = [&](const physics::ParameterId& id, double run::ReleasedMode::*member,
-                          const char* unit, double within) {
-        FreeParameter parameter{{id,
-                                 [mode, member](const run::CaseSpec& spec) {
-                                     return spec.released_modes[mode].*member;
-                                 },
-                                 [mode, member](run::CaseSpec& spec, double value) {
-                                     spec.released_modes[mode].*member = value;
-                                 },
-                                 within},
-                                unit,
-                                -10.0 * within,
-                                10.0 * within};
-        parameter.known_within = within;
-        return parameter;
-    };
-    return {free(physics::mode_deflections[mode], &run::ReleasedMode::deflection, "m", size),
-            free(physics::mode_speeds[mode], &run::ReleasedMode::speed, "m/s",
-                 size * angular_frequency)};
-}
-
 double to_coordinate(FittedAs fitted_as, double value) {
     return fitted_as == FittedAs::Logarithm ? std::log(value)
            : fitted_as == FittedAs::Inverse ? 1.0 / value

@@ -5,8 +5,6 @@
 #include "physics/effects/effect.hpp"
 #include "run/sensitivities.hpp"
 
-#include <array>
-#include <cstddef>
 #include <string>
 #include <vector>
 
@@ -28,11 +26,6 @@ struct FreeParameter {
 /// Y (Pa) as its logarithm, β, in which decay is linear and which may vanish, and the tip's
 /// deflection before the release (m).
 [[nodiscard]] std::vector<FreeParameter> baseline_free_parameters();
-
-/// Deflection (m) and speed (m/s) of the tip in mode number `mode` (0: the second) of a motion
-/// whose release was not recorded; known to be zero within `size`, the deflection of mode 1.
-[[nodiscard]] std::array<FreeParameter, 2> released_mode_parameters(std::size_t mode, double size,
-                                                                    double angular_frequency);
 
 /// The coordinate in which a fit changes a parameter, and in which it has its prior: the number
 /// itself, its logarithm or its inverse.

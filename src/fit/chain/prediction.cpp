@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "core/lanes.hpp"
+#include "fit/chain/higher_modes.hpp"
 #include "fit/chain/superposition.hpp"
 #include "measure/folder/observation.hpp"
 #include "physics/chain_model.hpp"
@@ -100,9 +101,13 @@ void add_frame(const StemModel& model, std::span<const double> values,
     };
     for (std::size_t j = 0; j < prediction.rows; ++j) {
         prediction.readings.push_back(value(heights, j));
-        for (std::size_t k = 0; k < values.size(); ++k)
-            prediction.jacobian.push_back(derivative_by_coordinate(
-                model.parameters[k], values[k], value(simulated.height_derivatives[k], j)));
+        for (std::size_t k = 0; k < values.size(); ++k) {
+            const std::vector<double>& derivative = simulated.height_derivatives[k];
+            prediction.jacobian.push_back(
+                derivative.empty() ? 0.0
+                                   : derivative_by_coordinate(model.parameters[k], values[k],
+                                                              value(derivative, j)));
+        }
         if (model.release_time_bound > 0.0) {
             double rate = 0.0;
             for (const auto& [stencil, weight] : stencils)
@@ -234,6 +239,8 @@ ChainPrediction readings_of(const StemModel& model, const run::CaseSpec& spec,
         add_frame(model, values, simulated, sample_times, time - model.release_time, prediction);
     if (!times.empty() && times.front() < model.release_time)
         move_held_frames(model, times, prediction);
+    if (model.spec.release == run::Release::FirstMode)
+        superpose_higher_modes(model, times, prediction);
     if (model.errors)
         add_errors(model, times, prediction);
     return prediction;
@@ -279,11 +286,16 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
     std::vector<run::CaseParameter> accesses;
     std::vector<double> values;
     for (const FreeParameter& parameter : model.parameters) {
-        accesses.push_back(differentiated_by(parameter));
+        if (!is_of_higher_mode(parameter))
+            accesses.push_back(differentiated_by(parameter));
         values.push_back(parameter.access.get(spec));
     }
-    ChainPrediction prediction =
-        readings_of(model, spec, values, simulate(spec, accesses, heartbeat), times);
+    run::CaseWithSensitivities simulated = simulate(spec, accesses, heartbeat);
+    for (std::size_t k = 0; k < model.parameters.size(); ++k)
+        if (is_of_higher_mode(model.parameters[k]))
+            simulated.height_derivatives.emplace(simulated.height_derivatives.begin() +
+                                                 static_cast<std::ptrdiff_t>(k));
+    ChainPrediction prediction = readings_of(model, spec, values, simulated, times);
     prediction.batches = batches_for(accesses.size());
     return prediction;
 }

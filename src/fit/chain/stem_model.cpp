@@ -3,6 +3,7 @@
 
 #include "core/error.hpp"
 #include "fit/chain/first_motion.hpp"
+#include "fit/chain/higher_modes.hpp"
 #include "physics/effects/library.hpp"
 #include "run/case_model.hpp"
 #include "run/modes.hpp"
@@ -224,7 +225,7 @@ StemModel baseline_model(const measure::Measurement& measurement, const ChainOpt
     deflection.upper = 0.95 * measurement.stem.length;
     deflection.lower = -deflection.upper;
     if (measurement.release == measure::ReleaseKind::Moving)
-        add_released_modes(measurement, ring_down, model);
+        add_higher_modes(measurement, 2.0 * damping_ratio, model);
     return model;
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A release by hand: each resolved mode but the first starts with an amplitude and a velocity of
 // its own. Of a motion whose release was not recorded they are parameters
-// (fit/chain/parameter.hpp).
+// (fit/chain/higher_modes.hpp).
 #pragma once
 
 #include "fit/solve/fit_result.hpp"

@@ -42,11 +42,8 @@ Complex rate_of(const integrate::VibrationMode& mode) {
 /// A second mode of this rate after a release at rest; (frames, heights), row-major.
 Eigen::VectorXd second_mode(const run::ShapedMode& shaped, Complex rate, const RecordingFit& fit,
                             const measure::Measurement& measurement) {
-    const run::ReleasedMode& released = fit.model.spec.released_modes.front();
-    const double deflection =
-        shaped.pull_share * fit.model.spec.tip_deflection + released.deflection;
-    // Re B = a and Re s₂B = v.
-    const Complex amplitude(deflection, (rate.real() * deflection - released.speed) / rate.imag());
+    const Complex amplitude =
+        shaped.pull_share * fit.model.spec.tip_deflection * Complex(1.0, rate.real() / rate.imag());
     const auto rows = static_cast<Eigen::Index>(shaped.reading.size());
     Eigen::VectorXd readings =
         Eigen::VectorXd::Zero(static_cast<Eigen::Index>(fit.times.size()) * rows);
@@ -89,7 +86,8 @@ double length_over_noise(const ErrorTerm& term, std::span<const double> noise) {
 std::vector<ErrorTerm> second_mode_terms(const RecordingFit& fit,
                                          const measure::Measurement& measurement) {
     const run::CaseSpec computed = computed_case(fit.model);
-    if (computed.tip_deflection == 0.0)
+    // After an unrecorded release they are parameters (fit/chain/higher_modes.hpp).
+    if (computed.tip_deflection == 0.0 || computed.release == run::Release::FirstMode)
         return {};
     const std::vector<run::ShapedMode> modes = run::shaped_modes(computed, 2);
     if (modes.size() < 2)

@@ -131,6 +131,10 @@ struct Sensor {
     std::optional<double> drift_uncertainty;  ///< of an error that grows linearly, per s
 
     [[nodiscard]] bool is_camera() const { return column.empty(); }
+    /// Order of the derivative by time of the deflection that it reads: 0, 1 or 2.
+    [[nodiscard]] int time_derivatives() const {
+        return quantity == Quantity::Velocity ? 1 : quantity == Quantity::Acceleration ? 2 : 0;
+    }
     [[nodiscard]] bool needs_rates() const {
         return quantity == Quantity::Velocity || quantity == Quantity::Acceleration;
     }
@@ -213,9 +217,7 @@ struct Measurement {
     }
     /// Order of the derivative by time of the deflection that is read at a height: 0, 1 or 2.
     [[nodiscard]] int time_derivatives_at(std::size_t row) const {
-        if (sensors.empty() || !sensors[row].needs_rates())
-            return 0;
-        return sensors[row].quantity == Quantity::Velocity ? 1 : 2;
+        return sensors.empty() ? 0 : sensors[row].time_derivatives();
     }
     /// Deflections at one height, (times), m.
     [[nodiscard]] std::vector<double> history(std::size_t height) const;

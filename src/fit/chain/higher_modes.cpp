@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "fit/chain/higher_modes.hpp"
+
+#include "fit/chain/first_motion.hpp"
+#include "run/modes.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <tuple>
+#include <vector>
+
+#include <fmt/core.h>
+
+namespace culm::fit {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double visible_share = 0.4; ///< of the frame rate
+constexpr double first_cycles = 8.0;
+constexpr double ratio_error = 0.5; ///< of f_k/f₁, times the squared number of bonds
+constexpr double loss_uncertainty = std::numbers::ln2;
+constexpr double small_change = 1e-5; ///< for derivatives of the chain's modes
+
+/// −δ + iω of the chain's mode number `mode`, counted from 0; 0 if it does not vibrate.
+Complex chain_rate(const std::vector<integrate::VibrationMode>& modes, std::size_t mode) {
+    return mode < modes.size()
+               ? Complex(modes[mode].decay_rate, 2.0 * std::numbers::pi * modes[mode].frequency)
+               : Complex(0.0);
+}
+
+/// s, and B at time 0.
+struct Motion {
+    Complex rate;
+    Complex amplitude;
+};
+
+Motion motion_of(const run::HigherMode& mode, const Complex& chain) {
+    const Complex rate(chain.real() * std::exp(mode.log_loss),
+                       chain.imag() * std::exp(mode.log_frequency));
+    return {rate, {mode.deflection, (rate.real() * mode.deflection - mode.speed) / rate.imag()}};
+}
+
+/// Parameter of a mode: a member with its unit and the deviation within which it is known to be 0.
+FreeParameter parameter_of(std::size_t mode, const char* name, const char* unit, double within,
+                           double run::HigherMode::*member) {
+    FreeParameter parameter{
+        {{{}, fmt::format("mode_{}_{}", mode + 1, name), {}},
+         [mode, member](const run::CaseSpec& spec) { return spec.higher_modes[mode - 1].*member; },
+         [mode, member](run::CaseSpec& spec, double value) {
+             spec.higher_modes[mode - 1].*member = value;
+         },
+         within},
+        unit,
+        -20.0 * within,
+        20.0 * within};
+    parameter.known_within = within;
+    return parameter;
+}
+
+/// The start of a mode from a damped mode of the readings, at the row where it is largest.
+void set_start(const reduce::DampedMode& shown, const run::ShapedMode& shaped, double first_time,
+               const measure::Measurement& measurement, run::HigherMode& mode) {
+    std::size_t row = 0;
+    for (std::size_t j = 1; j < shown.amplitudes.size(); ++j)
+        if (std::abs(shown.amplitudes[j]) / shown.amplitude_errors[j] >
+            std::abs(shown.amplitudes[row]) / shown.amplitude_errors[row])
+            row = j;
+    const Complex rate(shown.rate.decay_rate, 2.0 * std::numbers::pi * shown.rate.frequency);
+    const Complex per_tip =
+        shaped.reading[row] * std::pow(rate, measurement.time_derivatives_at(row));
+    if (std::abs(per_tip) == 0.0)
+        return;
+    const Complex at_start = shown.amplitudes[row] / per_tip * std::exp(-rate * first_time);
+    mode = {at_start.real(), (rate * at_start).real(),
+            std::log(shown.rate.frequency / shaped.mode.frequency),
+            std::log(rate.real() / shaped.mode.decay_rate)};
+}
+
+} // namespace
+
+void add_higher_modes(const measure::Measurement& measurement, double loss_factor,
+                      StemModel& model) {
+    model.spec.release = run::Release::FirstMode;
+    const std::vector<run::ShapedMode> chain =
+        run::shaped_modes(model.spec, model.spec.higher_modes.size() + 1);
+    const double first = chain.front().mode.frequency;
+    const reduce::HeightHistories early =
+        reduce::part_of(height_histories(measurement), 0.0, first_cycles / first);
+    const auto shown = reduce::fit_damped_modes(early, reduce::visible_modes(early, chain.size()));
+    const double pull = std::abs(model.spec.tip_deflection);
+    const double bonds = model.spec.stem.sphere_count - 1;
+    for (std::size_t mode = 1; mode < chain.size(); ++mode) {
+        const double frequency = chain[mode].mode.frequency;
+        if (frequency * frame_period(measurement) > visible_share)
+            continue;
+        const double within =
+            std::max(2.0 / std::numbers::pi * loss_factor * std::log(frequency / first),
+                     ratio_error / (bonds * bonds));
+        using Mode = run::HigherMode;
+        const double speed = 2.0 * std::numbers::pi * frequency * pull;
+        for (const auto& [name, unit, size, member] :
+             {std::tuple{"deflection", "m", pull, &Mode::deflection},
+              {"speed", "m/s", speed, &Mode::speed},
+              {"log_frequency", "", within, &Mode::log_frequency},
+              {"log_loss", "", loss_uncertainty, &Mode::log_loss}})
+            model.parameters.push_back(parameter_of(mode, name, unit, size, member));
+        // The shown mode that is nearest.
+        const reduce::DampedMode* nearest = nullptr;
+        for (std::size_t k = 1; shown && k < shown->modes.size(); ++k)
+            if (std::abs(std::log(shown->modes[k].rate.frequency / frequency)) < 0.2)
+                nearest = &shown->modes[k];
+        if (nearest != nullptr)
+            set_start(*nearest, chain[mode], early.times.front(), measurement,
+                      model.spec.higher_modes[mode - 1]);
+    }
+    for (FreeParameter& parameter : model.parameters)
+        if (is_of_higher_mode(parameter))
+            parameter.access.set(model.spec, std::clamp(parameter.access.get(model.spec),
+                                                        parameter.lower, parameter.upper));
+}
+
+void superpose_higher_modes(const StemModel& model, std::span<const double> times,
+                            ChainPrediction& prediction) {
+    const run::CaseSpec spec = computed_case(model);
+    const std::size_t count = spec.higher_modes.size() + 1;
+    const std::vector<run::ShapedMode> chain = run::shaped_modes(spec, count);
+    std::vector<integrate::VibrationMode> modes;
+    for (const run::ShapedMode& each : chain)
+        modes.push_back(each.mode);
+    // The motions with each free parameter changed a little.
+    struct Changed {
+        std::size_t parameter;
+        std::vector<Motion> motions; ///< (modes)
+        double change;               ///< of the coordinate
+    };
+    const auto motions_of = [&](const run::CaseSpec& of,
+                                const std::vector<integrate::VibrationMode>& its) {
+        std::vector<Motion> motions;
+        for (std::size_t k = 1; k < chain.size(); ++k)
+            motions.push_back(motion_of(of.higher_modes[k - 1], chain_rate(its, k)));
+        return motions;
+    };
+    std::vector<Changed> changes;
+    for (std::size_t p = 0; p < model.parameters.size(); ++p) {
+        const FreeParameter& parameter = model.parameters[p];
+        const physics::ParameterId& id = parameter.access.id;
+        if (id == physics::tip_deflection)
+            continue;
+        const double value = parameter.access.get(spec);
+        const double size = parameter.access.scale > 0.0 ? parameter.access.scale : std::abs(value);
+        run::CaseSpec moved = spec;
+        parameter.access.set(moved, value + small_change * size);
+        const bool is_own = is_of_higher_mode(parameter);
+        changes.push_back({p, motions_of(moved, is_own ? modes : run::chain_modes(moved, count)),
+                           to_coordinate(parameter.fitted_as, value + small_change * size) -
+                               to_coordinate(parameter.fitted_as, value)});
+    }
+    const std::vector<Motion> here = motions_of(spec, modes);
+    for (std::size_t i = 0; i < times.size(); ++i)
+        for (std::size_t k = 0; k < here.size(); ++k) {
+            const Complex swing = here[k].amplitude * std::exp(here[k].rate * times[i]);
+            std::vector<Complex> moved;
+            for (const Changed& each : changes)
+                moved.push_back(each.motions[k].amplitude *
+                                std::exp(each.motions[k].rate * times[i]));
+            for (std::size_t j = 0; j < prediction.rows; ++j) {
+                const int order = spec.sensors.empty() ? 0 : spec.sensors[j].time_derivatives();
+                const double shape = chain[k + 1].reading[j];
+                const std::size_t at = i * prediction.rows + j;
+                const double reading = shape * (swing * std::pow(here[k].rate, order)).real();
+                prediction.readings[at] += reading;
+                for (std::size_t c = 0; c < changes.size(); ++c)
+                    prediction.jacobian[at * prediction.parameters + changes[c].parameter] +=
+                        (shape * (moved[c] * std::pow(changes[c].motions[k].rate, order)).real() -
+                         reading) /
+                        changes[c].change;
+            }
+        }
+}
+
+} // namespace culm::fit
