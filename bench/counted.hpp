@@ -38,6 +38,10 @@ struct Counted {
     }
     friend Counted operator-(const Counted& a) { return {-a.value}; }
     friend Counted sqrt(const Counted& a) { return counted(std::sqrt(a.value)); }
+    friend Counted log(const Counted& a) { return counted(std::log(a.value)); }
+    friend Counted pow(const Counted& a, const Counted& b) {
+        return counted(std::pow(a.value, b.value));
+    }
     friend Counted exp(const Counted& a) { return counted(std::exp(a.value)); }
     friend Counted sin(const Counted& a) { return counted(std::sin(a.value)); }
     friend Counted cos(const Counted& a) { return counted(std::cos(a.value)); }

@@ -69,7 +69,7 @@ struct CaseSpec {
     measure::Reading reading = measure::Reading::Row;
     double readout_time = 0.0; ///< of the camera, known; physics::CameraView's
     Release release = Release::TipPull;
-    std::array<HigherMode, 2> higher_modes{}; ///< modes 2 and 3
+    std::array<HigherMode, 2> higher_modes{};        ///< modes 2 and 3
     std::vector<physics::AttachedMass> added_masses; ///< known
     std::vector<physics::ActiveEffect> effects;      ///< beyond the published chain
 
