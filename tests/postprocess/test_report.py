@@ -247,7 +247,7 @@ class OfMeasurements(ReportTest):
         self.assertEqual([trace["name"] for trace in traces],
                          ["measured", "baseline", "baseline + quadratic_drag"])
         self.assertEqual(traces[0]["y"], [0.03, 0.02])
-        self.assertEqual(traces[1]["y"], [0.15 / 6.3])
+        self.assertAlmostEqual(traces[1]["y"][0], 0.15 / 6.3, places=7)
         self.assertEqual(traces[0]["error_y"]["array"], [0.00196, 0.00196])
 
     def test_calibration_shows_stems_failures_and_population(self):
