@@ -84,21 +84,26 @@ struct AirMass {
 /// The air at one sphere.
 template <class T>
 struct MovedAir {
-    T mass = T(0.0);   ///< μ times the length of stem, kg
-    T slope = T(0.0);  ///< dμ/du = slope · u, kg s²/m²
-    T energy = T(0.0); ///< J
+    T mass = T(0.0);  ///< μ times the length of stem, kg
+    T slope = T(0.0); ///< dμ/du = slope · u, kg s²/m²
 };
 
 template <class T>
 [[nodiscard]] MovedAir<T> moved_air(const AirMass<T>& air, const T& length,
                                     const T& squared_speed) {
     using std::pow;
-    const T smallest = air.smallest_speed * air.smallest_speed;
-    const T sum = squared_speed + smallest;
+    const T sum = squared_speed + air.smallest_speed * air.smallest_speed;
     const T growing = length * air.growing * pow(sum, T(1.0 / 3.0));
-    const T rest = length * air.growing * pow(smallest, T(4.0 / 3.0));
-    return {length * air.constant + growing, T(2.0 / 3.0) * growing / sum,
-            T(0.5) * length * air.constant * squared_speed + T(0.375) * (growing * sum - rest)};
+    return {length * air.constant + growing, T(2.0 / 3.0) * growing / sum};
+}
+
+/// ∫ μ u du times the length of stem, J.
+template <class T>
+[[nodiscard]] T moved_air_energy(const AirMass<T>& air, const T& length, const T& squared_speed) {
+    using std::pow;
+    const T smallest = air.smallest_speed * air.smallest_speed;
+    const T growth = pow(squared_speed + smallest, T(4.0 / 3.0)) - pow(smallest, T(4.0 / 3.0));
+    return length * (T(0.5) * air.constant * squared_speed + T(0.375) * air.growing * growth);
 }
 
 /// Adds −r v and its derivative −r 1 − r' v vᵀ/|v| for `length` of stem; r is the sum of the laws'.

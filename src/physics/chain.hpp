@@ -69,12 +69,15 @@ class Chain {
     }
     /// The air that moves with sphere `i`.
     [[nodiscard]] MovedAir<T> air_at(int i, const Vec<Dim, T>& velocity) const {
-        if (!model_.air_mass)
-            return {};
-        T square = T(0.0);
-        for (int k = 1; k < Dim; ++k)
-            square = square + velocity[k] * velocity[k];
-        return moved_air(*model_.air_mass, length_at(i), square);
+        return model_.air_mass
+                   ? moved_air(*model_.air_mass, length_at(i), squared_sideways(velocity))
+                   : MovedAir<T>{};
+    }
+    /// Its kinetic energy, J.
+    [[nodiscard]] T air_energy(int i, const Vec<Dim, T>& velocity) const {
+        return model_.air_mass
+                   ? moved_air_energy(*model_.air_mass, length_at(i), squared_sideways(velocity))
+                   : T(0.0);
     }
     /// Acceleration of sphere `i` under a force besides gravity, m/s². Air adds to its inertia
     /// sideways and not to its weight.
@@ -253,6 +256,13 @@ class Chain {
     }
 
   private:
+    [[nodiscard]] static T squared_sideways(const Vec<Dim, T>& velocity) {
+        T square = T(0.0);
+        for (int k = 1; k < Dim; ++k)
+            square = square + velocity[k] * velocity[k];
+        return square;
+    }
+
     [[gnu::flatten]] void evaluate_plain(const T* state, T* rate) const {
         evaluate<false>(state, rate, T(0.0));
     }

@@ -61,7 +61,7 @@ template <int Dim, class T>
         energy = energy +
                  T(0.5) * (inertia.mass * dot(sphere.velocity, sphere.velocity) +
                            inertia.moment * dot(sphere.spin, sphere.spin)) +
-                 chain.air_at(i, sphere.velocity).energy -
+                 chain.air_energy(i, sphere.velocity) -
                  inertia.mass * dot(chain.gravity(), sphere.position);
     }
     for (int j = 0; j < layout.bond_count(); ++j) {

@@ -44,11 +44,15 @@ inline const ParameterId tip_deflection{{}, "tip_deflection", {}}; ///< before t
 inline const ParameterId release_time{{}, "release_time", {}};
 // NOLINTEND(cert-err58-cpp)
 
-/// Is it a parameter of how the stem was let go, or of a higher mode in one recording, whose names
-/// begin with "mode_"?
+/// Is it a number of a higher mode in one recording, "mode_2_speed"? Those of the first mode are
+/// parameters of the chain.
+[[nodiscard]] inline bool is_of_higher_mode(const ParameterId& id) {
+    return id.effect.empty() && id.name.starts_with("mode_");
+}
+
+/// Is it a parameter of how the stem was let go?
 [[nodiscard]] inline bool is_of_release(const ParameterId& id) {
-    return id == tip_deflection || id == release_time ||
-           (id.effect.empty() && id.name.starts_with("mode_"));
+    return id == tip_deflection || id == release_time || is_of_higher_mode(id);
 }
 
 } // namespace culm::physics

@@ -54,6 +54,15 @@ std::vector<double> strongest_shape(const fit::RecordingFit& fit,
     return shape;
 }
 
+/// Puts the readings of a row, (frames, rows), in the place of those of a history that were seen.
+void replace_seen(std::span<const double> readings, std::size_t rows, std::size_t row,
+                  std::vector<double>& history) {
+    history.resize(readings.size() / rows);
+    for (std::size_t i = 0; i < history.size(); ++i)
+        if (!std::isnan(history[i]))
+            history[i] = readings[i * rows + row];
+}
+
 } // namespace
 
 Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measurement) {
@@ -121,17 +130,13 @@ reduce::BackboneInput backbone_input(const measure::Measurement& measurement,
                                      std::span<const double> readings) {
     reduce::BackboneInput input;
     input.heights = measurement.heights;
-    input.length = measurement.stem.length;
     input.histories = fit::height_histories(measurement);
     const std::size_t rows = measurement.heights.size();
     if (!readings.empty())
         input.histories.times.resize(readings.size() / rows);
     for (std::size_t j = 0; j < rows; ++j) {
-        std::vector<double>& history = input.histories.histories[j];
-        history.resize(input.histories.times.size());
-        for (std::size_t i = 0; i < history.size() && !readings.empty(); ++i)
-            if (!std::isnan(history[i]))
-                history[i] = readings[i * rows + j];
+        if (!readings.empty())
+            replace_seen(readings, rows, j, input.histories.histories[j]);
         input.derivatives.push_back(measurement.time_derivatives_at(j));
         input.has_deflections =
             input.has_deflections && (measurement.sensors.empty() ||
@@ -167,13 +172,8 @@ RingDownsOfBoth ring_downs_of_both(const fit::RecordingFit& fit,
     const reduce::StemHistories measured = histories_of(measurement);
     reduce::StemHistories modelled = measured;
     modelled.times.resize(fit.times.size());
-    for (std::size_t j = 0; j < fit.prediction.rows; ++j) {
-        std::vector<double>& history = modelled.histories[j];
-        history.resize(fit.times.size());
-        for (std::size_t i = 0; i < fit.times.size(); ++i)
-            if (!std::isnan(history[i]))
-                history[i] = fit.prediction.readings[i * fit.prediction.rows + j];
-    }
+    for (std::size_t j = 0; j < fit.prediction.rows; ++j)
+        replace_seen(fit.prediction.readings, fit.prediction.rows, j, modelled.histories[j]);
     return {reduce::fit_stem(measured, options), reduce::fit_stem(modelled, options)};
 }
 

@@ -51,10 +51,14 @@ void add_hysteretic_damping(const HiddenEffect& effect, const Target& to) {
         to.terms().branches.push_back(branch);
 }
 
+double angular_frequency(const Target& to) {
+    return 2.0 * std::numbers::pi * to.stem.first_frequency();
+}
+
 /// A clamp of this stiffness, N m/rad.
 TurningClamp soft_clamp(double stiffness, const Target& to) {
-    const double omega = 2.0 * std::numbers::pi * to.stem.first_frequency();
-    return {.stiffness = stiffness, .damping = to.errors.clamp_loss_factor * stiffness / omega};
+    return {.stiffness = stiffness,
+            .damping = to.errors.clamp_loss_factor * stiffness / angular_frequency(to)};
 }
 
 void add_clamp_friction(const HiddenEffect& effect, const Target& to) {
@@ -73,10 +77,6 @@ void add_quadratic_drag(const HiddenEffect& effect, const Target& to) {
     else
         to.terms().power_drag = {coefficient * std::pow(to.errors.drag_speed, 2.0 - exponent),
                                  exponent};
-}
-
-double angular_frequency(const Target& to) {
-    return 2.0 * std::numbers::pi * to.stem.first_frequency();
 }
 
 /// Curvature that strains the outermost fibre by 0.001.

@@ -50,8 +50,8 @@ double tip_force_shape(const measure::Measurement& measurement, std::size_t row)
     return 0.5 * x * x * (3.0 - x);
 }
 
-/// The reading of a row, as a complex amplitude, per deflection of the tip in a mode (0: the first)
-/// of this complex angular frequency. Mode 1 has the shape of tip_force_shape().
+/// The reading of a row, as a complex amplitude, per deflection of the tip in a vibration of this
+/// complex angular frequency and the shape of tip_force_shape().
 std::complex<double> reading_per_deflection(const measure::Measurement& measurement,
                                             std::size_t row, std::complex<double> rate) {
     const double length = measurement.stem.length;

@@ -23,7 +23,6 @@ using Complex = std::complex<double>;
 
 constexpr double visible_share = 0.4; ///< of the frame rate
 constexpr double first_cycles = 8.0;
-constexpr double ratio_error = 0.5; ///< of f_k/f₁, times the squared number of bonds
 constexpr double loss_uncertainty = std::numbers::ln2;
 constexpr double small_change = 1e-5; ///< for derivatives of the chain's modes
 
@@ -66,11 +65,7 @@ FreeParameter parameter_of(std::size_t mode, const char* name, const char* unit,
 /// The start of a mode from a damped mode of the readings, at the row where it is largest.
 void set_start(const reduce::DampedMode& shown, const run::ShapedMode& shaped, double first_time,
                const measure::Measurement& measurement, run::HigherMode& mode) {
-    std::size_t row = 0;
-    for (std::size_t j = 1; j < shown.amplitudes.size(); ++j)
-        if (std::abs(shown.amplitudes[j]) / shown.amplitude_errors[j] >
-            std::abs(shown.amplitudes[row]) / shown.amplitude_errors[row])
-            row = j;
+    const std::size_t row = shown.largest_height();
     const Complex rate(shown.rate.decay_rate, 2.0 * std::numbers::pi * shown.rate.frequency);
     const Complex per_tip =
         shaped.reading[row] * std::pow(rate, measurement.time_derivatives_at(row));
@@ -84,6 +79,14 @@ void set_start(const reduce::DampedMode& shown, const run::ShapedMode& shaped, d
 
 } // namespace
 
+double log_frequency_uncertainty(double loss_factor, double frequency_ratio, int spheres) {
+    // Error of f_k/f₁ of a chain of N bonds, times N²: a quarter of that of bending at spheres.
+    constexpr double chain_error = 0.5;
+    const double bonds = spheres - 1;
+    return std::max(2.0 / std::numbers::pi * loss_factor * std::log(frequency_ratio),
+                    chain_error / (bonds * bonds));
+}
+
 void add_higher_modes(const measure::Measurement& measurement, double loss_factor,
                       StemModel& model) {
     model.spec.release = run::Release::FirstMode;
@@ -94,14 +97,12 @@ void add_higher_modes(const measure::Measurement& measurement, double loss_facto
         reduce::part_of(height_histories(measurement), 0.0, first_cycles / first);
     const auto shown = reduce::fit_damped_modes(early, reduce::visible_modes(early, chain.size()));
     const double pull = std::abs(model.spec.tip_deflection);
-    const double bonds = model.spec.stem.sphere_count - 1;
     for (std::size_t mode = 1; mode < chain.size(); ++mode) {
         const double frequency = chain[mode].mode.frequency;
         if (frequency * frame_period(measurement) > visible_share)
             continue;
         const double within =
-            std::max(2.0 / std::numbers::pi * loss_factor * std::log(frequency / first),
-                     ratio_error / (bonds * bonds));
+            log_frequency_uncertainty(loss_factor, frequency / first, model.spec.stem.sphere_count);
         using Mode = run::HigherMode;
         const double speed = 2.0 * std::numbers::pi * frequency * pull;
         for (const auto& [name, unit, size, member] :
@@ -120,7 +121,7 @@ void add_higher_modes(const measure::Measurement& measurement, double loss_facto
                       model.spec.higher_modes[mode - 1]);
     }
     for (FreeParameter& parameter : model.parameters)
-        if (is_of_higher_mode(parameter))
+        if (physics::is_of_higher_mode(parameter.access.id))
             parameter.access.set(model.spec, std::clamp(parameter.access.get(model.spec),
                                                         parameter.lower, parameter.upper));
 }
@@ -156,30 +157,33 @@ void superpose_higher_modes(const StemModel& model, std::span<const double> time
         const double size = parameter.access.scale > 0.0 ? parameter.access.scale : std::abs(value);
         run::CaseSpec moved = spec;
         parameter.access.set(moved, value + small_change * size);
-        const bool is_own = is_of_higher_mode(parameter);
+        const bool is_own = physics::is_of_higher_mode(parameter.access.id);
         changes.push_back({p, motions_of(moved, is_own ? modes : run::chain_modes(moved, count)),
                            to_coordinate(parameter.fitted_as, value + small_change * size) -
                                to_coordinate(parameter.fitted_as, value)});
     }
+    // Reading per amplitude: the shape and the derivatives by time that a row reads.
+    const auto factor_of = [&](const Motion& motion, std::size_t k, std::size_t j) {
+        const int order = spec.sensors.empty() ? 0 : spec.sensors[j].time_derivatives();
+        return chain[k + 1].reading[j] * std::pow(motion.rate, order);
+    };
     const std::vector<Motion> here = motions_of(spec, modes);
-    for (std::size_t i = 0; i < times.size(); ++i)
-        for (std::size_t k = 0; k < here.size(); ++k) {
-            const Complex swing = here[k].amplitude * std::exp(here[k].rate * times[i]);
-            std::vector<Complex> moved;
+    for (std::size_t k = 0; k < here.size(); ++k)
+        for (std::size_t j = 0; j < prediction.rows; ++j) {
+            const Complex factor = factor_of(here[k], k, j) * here[k].amplitude;
+            std::vector<Complex> factors; // (changes)
             for (const Changed& each : changes)
-                moved.push_back(each.motions[k].amplitude *
-                                std::exp(each.motions[k].rate * times[i]));
-            for (std::size_t j = 0; j < prediction.rows; ++j) {
-                const int order = spec.sensors.empty() ? 0 : spec.sensors[j].time_derivatives();
-                const double shape = chain[k + 1].reading[j];
+                factors.push_back(factor_of(each.motions[k], k, j) * each.motions[k].amplitude);
+            for (std::size_t i = 0; i < times.size(); ++i) {
                 const std::size_t at = i * prediction.rows + j;
-                const double reading = shape * (swing * std::pow(here[k].rate, order)).real();
+                const double reading = (factor * std::exp(here[k].rate * times[i])).real();
                 prediction.readings[at] += reading;
-                for (std::size_t c = 0; c < changes.size(); ++c)
+                for (std::size_t c = 0; c < changes.size(); ++c) {
+                    const double moved =
+                        (factors[c] * std::exp(changes[c].motions[k].rate * times[i])).real();
                     prediction.jacobian[at * prediction.parameters + changes[c].parameter] +=
-                        (shape * (moved[c] * std::pow(changes[c].motions[k].rate, order)).real() -
-                         reading) /
-                        changes[c].change;
+                        (moved - reading) / changes[c].change;
+                }
             }
         }
 }

@@ -32,10 +32,9 @@ namespace culm::fit {
 void add_higher_modes(const measure::Measurement& measurement, double loss_factor,
                       StemModel& model);
 
-/// Is it a number of such a mode? The simulated chain does not depend on it.
-[[nodiscard]] inline bool is_of_higher_mode(const FreeParameter& parameter) {
-    return !parameter.access.id.is_of_effect() && parameter.access.id.name.starts_with("mode_");
-}
+/// Standard uncertainty of ln f_k in a chain, u(λ) above.
+[[nodiscard]] double log_frequency_uncertainty(double loss_factor, double frequency_ratio,
+                                               int spheres);
 
 /// Adds the modes to the readings of a chain that was released in its first mode, and the
 /// derivatives by all free parameters that change them.

@@ -286,13 +286,13 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
     std::vector<run::CaseParameter> accesses;
     std::vector<double> values;
     for (const FreeParameter& parameter : model.parameters) {
-        if (!is_of_higher_mode(parameter))
+        if (!physics::is_of_higher_mode(parameter.access.id))
             accesses.push_back(differentiated_by(parameter));
         values.push_back(parameter.access.get(spec));
     }
     run::CaseWithSensitivities simulated = simulate(spec, accesses, heartbeat);
     for (std::size_t k = 0; k < model.parameters.size(); ++k)
-        if (is_of_higher_mode(model.parameters[k]))
+        if (physics::is_of_higher_mode(model.parameters[k].access.id))
             simulated.height_derivatives.emplace(simulated.height_derivatives.begin() +
                                                  static_cast<std::ptrdiff_t>(k));
     ChainPrediction prediction = readings_of(model, spec, values, simulated, times);

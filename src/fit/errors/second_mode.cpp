@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/errors/second_mode.hpp"
 
+#include "fit/chain/higher_modes.hpp"
 #include "run/case_model.hpp"
 #include "run/modes.hpp"
 
@@ -20,8 +21,6 @@ using Complex = std::complex<double>;
 
 /// Length of a term, over the noise, that no test of all readings notices.
 constexpr double negligible_length = 0.3;
-/// Error of f₂/f₁ of a chain of N bonds, times N²: a quarter of that of bending at spheres.
-constexpr double chain_error = 0.5;
 constexpr double log_loss_uncertainty = 0.405465108108164; // ln 1.5
 constexpr double step = 1e-5; ///< of ln f₂ and ln δ₂, for central differences
 
@@ -95,10 +94,8 @@ std::vector<ErrorTerm> second_mode_terms(const RecordingFit& fit,
     const run::ShapedMode& second = modes.back();
     const Complex rate = rate_of(second.mode);
     const double first = rate_of(modes.front().mode).imag();
-    const double bonds = computed.stem.sphere_count - 1;
-    const double log_frequency = std::max(
-        2.0 / std::numbers::pi * bond_loss_factor(computed, first) * std::log(rate.imag() / first),
-        chain_error / (bonds * bonds));
+    const double log_frequency = log_frequency_uncertainty(
+        bond_loss_factor(computed, first), rate.imag() / first, computed.stem.sphere_count);
     const std::string owner = " of mode 2 of " + measurement.specimen_name();
     const double decay = rate.real();
     const auto faster = [&](double factor) { return Complex(decay, factor * rate.imag()); };

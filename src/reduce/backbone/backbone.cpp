@@ -13,18 +13,6 @@ constexpr double cycles_of_window = 8.0;
 constexpr double least_amplitude = 4.0; ///< standard errors
 constexpr double farthest_other = 0.03; ///< from the frequency of the whole record
 
-/// Height at which a mode is largest over the noise.
-std::size_t largest_height(const DampedMode& mode) {
-    std::size_t best = 0;
-    const auto size = [&](std::size_t j) {
-        return std::abs(mode.amplitudes[j]) / mode.amplitude_errors[j];
-    };
-    for (std::size_t j = 1; j < mode.amplitudes.size(); ++j)
-        if (size(j) > size(best))
-            best = j;
-    return best;
-}
-
 /// Mode `k` in a window: with the others free, else with their rates of the whole record.
 std::optional<DampedMode> mode_in(const HeightHistories& window, std::vector<ModeRate> rates,
                                   std::size_t k) {
@@ -71,7 +59,7 @@ constexpr double least_shift = 2e-4;
 ModeBackbone backbone_of(const BackboneInput& input, const HeightHistories& all,
                          const std::vector<ModeRate>& rates, std::size_t k,
                          const DampedMode& whole) {
-    const std::size_t height = largest_height(whole);
+    const std::size_t height = whole.largest_height();
     ModeBackbone out;
     out.mode = k + 1;
     out.height = input.heights[height];
@@ -80,8 +68,7 @@ ModeBackbone backbone_of(const BackboneInput& input, const HeightHistories& all,
     for (double begin = all.times.front(); begin + length <= all.times.back() + 1e-9;
          begin += 0.5 * length) {
         const HeightHistories window = part_of(all, begin, begin + length);
-        std::vector<ModeRate> at = rates;
-        const auto found = mode_in(window, at, k);
+        const auto found = mode_in(window, rates, k);
         if (!found)
             continue;
         if (const auto point = point_of(*found, height, input.derivatives[height], window))

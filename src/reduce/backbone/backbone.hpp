@@ -21,7 +21,6 @@ struct BackboneInput {
     HeightHistories histories;
     std::vector<double> heights;  ///< (heights) m
     std::vector<int> derivatives; ///< (heights) 2: an acceleration
-    double length = 1.0;          ///< of the stem, m
     double last = 0.0;            ///< s; 0: all times
     bool has_deflections = true;  ///< false: readings of strain
 };

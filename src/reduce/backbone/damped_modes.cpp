@@ -258,6 +258,15 @@ double DampedMode::damping_ratio_error() const {
     return decay_error / (two_pi * rate.frequency);
 }
 
+std::size_t DampedMode::largest_height() const {
+    std::size_t best = 0;
+    const auto size = [&](std::size_t j) { return std::abs(amplitudes[j]) / amplitude_errors[j]; };
+    for (std::size_t j = 1; j < amplitudes.size(); ++j)
+        if (size(j) > size(best))
+            best = j;
+    return best;
+}
+
 std::optional<DampedModesFit> fit_damped_modes(const HeightHistories& of,
                                                std::span<const ModeRate> starts) {
     std::vector<ModeRate> rates(starts.begin(), starts.end());

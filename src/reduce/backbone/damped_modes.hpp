@@ -47,6 +47,8 @@ struct DampedMode {
     /// −b/|b + iω|, damped.
     [[nodiscard]] double damping_ratio() const;
     [[nodiscard]] double damping_ratio_error() const;
+    /// Index of the height at which the mode is largest over its error.
+    [[nodiscard]] std::size_t largest_height() const;
 };
 
 /// Amplitudes at the heights, at the first time; SI units of the readings.
