@@ -139,8 +139,7 @@ Comparison compare(const fit::Fit& model, std::size_t part, const measure::Measu
     Comparison result;
     result.moves = model.moves();
     result.id = measurement.stem.id;
-    result.swing = residuals::swing_of(fit, measurement);
-    result.verdict = verdict_on(fit, result.swing, policy);
+    result.verdict = verdict_on(fit, residuals::swing_of(fit, measurement), policy);
     result.unit = measure::reading_unit(measurement.sensors);
     result.rmse = fit.rmse;
     result.noise = typical_noise(fit);
@@ -149,7 +148,6 @@ Comparison compare(const fit::Fit& model, std::size_t part, const measure::Measu
     result.by_time = residuals_by_time(fit, parts);
     result.spectrum = residual_spectrum(fit);
     result.backbones = residuals::backbones_of_both(fit, measurement);
-    result.structure = residuals::residual_structure(fit, result.swing);
     residuals::RingDownsOfBoth ring_downs = residuals::ring_downs_of_both(fit, measurement);
     result.measured_ring_downs = std::move(ring_downs.measured);
     result.modelled_ring_downs = std::move(ring_downs.modelled);

@@ -6,7 +6,6 @@
 #include "fit/solve/residual_statistics.hpp"
 #include "fit/start/residual_spectrum.hpp"
 #include "reduce/ring_down/stem_ring_downs.hpp"
-#include "residuals/residual_structure.hpp"
 #include "residuals/swing.hpp"
 
 #include <optional>
@@ -28,9 +27,7 @@ struct Comparison {
     std::vector<fit::ResidualGroup> by_height;
     std::vector<fit::ResidualGroup> by_time; ///< thirds
     fit::ResidualSpectrum spectrum;
-    residuals::Swing swing;
     residuals::BackbonesOfBoth backbones;
-    residuals::ResidualStructure structure;
     reduce::StemRingDowns measured_ring_downs; ///< Eq. 1 at every height: b1 along the stem
     reduce::StemRingDowns modelled_ring_downs; ///< of the model at the same times and heights
 };

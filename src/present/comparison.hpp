@@ -24,7 +24,8 @@ namespace culm::present {
 [[nodiscard]] std::vector<std::string> step_sentences(const diagnose::Ladder& ladder,
                                                       std::size_t k);
 
-/// Three sentences: is the model adequate; where and when is the misfit largest; what is it.
+/// Up to three sentences: is the model adequate; where and when is the misfit largest; frequency
+/// and damping against the amplitude, measured and modelled.
 [[nodiscard]] std::vector<std::string> comparison_sentences(const diagnose::Comparison& comparison);
 
 struct ComparisonOptions {

@@ -7,9 +7,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
-#include <numbers>
-#include <optional>
 #include <utility>
 #include <vector>
 
@@ -21,13 +18,9 @@ namespace {
 
 using diagnose::Comparison;
 using diagnose::Finding;
-using residuals::ResidualStructure;
-using residuals::SwingError;
 
 constexpr double largest_relative_error = 0.25; ///< of a damping ratio that is quoted
-constexpr double standard_errors = 3.0;         ///< of a difference that is mentioned
 constexpr double explained_by_noise = 1.1;      ///< residual over noise
-constexpr double smallest_swing = 3.0;          ///< amplitude over noise; below, the swing is over
 
 std::string whether_it_fits(const Comparison& comparison) {
     const diagnose::Verdict& verdict = comparison.verdict;
@@ -64,155 +57,42 @@ std::string where_it_fails(const Comparison& comparison) {
         if (k != third)
             text += fmt::format(", {} {:.1f}", names[k], comparison.by_time[k].over_noise);
     text += ")";
-    const auto band =
-        std::ranges::max_element(comparison.spectrum.bands, {}, &fit::SpectrumBand::share);
-    if (band != comparison.spectrum.bands.end() && band->share > 0.0)
-        text += fmt::format("; {:.0f} % of its power lies {}{} ({:.3g} … {:.3g} Hz)",
-                            100.0 * band->share, band->lower == 0.0 ? "" : "about ", band->name,
-                            band->lower, band->upper);
+    const std::vector<double>& shares = comparison.spectrum.mode_shares;
+    if (const auto share = std::ranges::max_element(shares); share != shares.end() && *share > 0.0)
+        text += fmt::format("; {:.0f} % of its power lies within a quarter of the frequency of "
+                            "mode {}",
+                            100.0 * *share, share - shares.begin() + 1);
     return text + ".";
 }
 
-/// " … early, … in the middle, … late", for the thirds for which `words` returns a text.
-template <class Words>
-std::string in_thirds(const ResidualStructure& structure, const Words& words) {
-    static constexpr std::array<const char*, 3> places{"early", "in the middle", "late"};
-    std::string text;
-    for (std::size_t k = 0; k < structure.thirds.size(); ++k) {
-        const std::string phrase = words(structure.thirds[k], places[k]);
-        if (phrase.empty())
-            continue;
-        text += text.empty() ? " " : ", ";
-        text += phrase;
-    }
-    return text;
-}
-
-bool has_died(double over_noise) {
-    return over_noise < smallest_swing;
-}
-
-/// The model's amplitude relative to the measured one, in the thirds in which either swings.
-std::string amplitude_words(const ResidualStructure& structure) {
-    const auto words = [](const SwingError& error, const char* place) -> std::string {
-        const bool has_stopped = has_died(error.measured_over_noise);
-        if (has_stopped && has_died(error.modelled_over_noise))
-            return {};
-        if (std::abs(error.amplitude) < standard_errors * error.amplitude_error)
-            return fmt::format("about right {}", place);
-        if (has_stopped)
-            return fmt::format("not yet zero {} (the stem rests)", place);
-        const double measured_over_modelled = 1.0 + error.amplitude;
-        if (measured_over_modelled < 0.1)
-            return fmt::format("ten times too large or more {}", place);
-        return fmt::format("{:.1f} % too {} {}",
-                           100.0 * std::abs(1.0 / measured_over_modelled - 1.0),
-                           error.amplitude < 0.0 ? "large" : "small", place);
-    };
-    const std::string thirds = in_thirds(structure, words);
-    return thirds.empty() ? "amplitude error"
-                          : "amplitude error: the model's amplitude is" + thirds;
-}
-
-/// Ends of the backbones of mode 1 where both are known well enough to be quoted.
-struct BackboneEnds {
-    reduce::BackbonePoint measured_first;
-    reduce::BackbonePoint measured_last;
-    reduce::BackbonePoint modelled_first;
-    reduce::BackbonePoint modelled_last;
-    std::string unit; ///< of the amplitudes, which are in thousandths of SI units
-};
-
-std::optional<BackboneEnds> backbone_ends(const residuals::BackbonesOfBoth& both) {
+/// Frequency and damping ratio of mode 1 at the largest and at the smallest amplitude where the
+/// readings determine them; empty if there are no two such amplitudes.
+std::string backbone_sentence(const residuals::BackbonesOfBoth& both) {
     if (both.measured.empty() || both.modelled.empty() || both.modelled.front().points.empty())
-        return std::nullopt;
-    std::vector<reduce::BackbonePoint> known;
+        return {};
+    std::vector<reduce::BackbonePoint> measured;
     for (const reduce::BackbonePoint& point : both.measured.front().points)
         if (point.damping_error < largest_relative_error * std::abs(point.damping_ratio))
-            known.push_back(point);
-    if (known.size() < 2)
-        return std::nullopt;
-    return BackboneEnds{known.front(), known.back(), both.modelled.front().points.front(),
-                        both.modelled.front().points.back(),
-                        both.measured.front().is_strain ? "mm/m" : "mm"};
-}
-
-/// The change of the measured and of the modelled decay as the amplitude falls.
-std::string decay_words(const Comparison& comparison) {
-    const auto ends = backbone_ends(comparison.backbones);
-    if (!ends)
+            measured.push_back(point);
+    if (measured.size() < 2)
         return {};
-    return fmt::format("; from {:.2g} to {:.2g} {} of amplitude the measured damping ratio goes "
-                       "from {:.4f} to {:.4f}, the modelled one from {:.4f} to {:.4f}",
-                       1e3 * ends->measured_first.amplitude, 1e3 * ends->measured_last.amplitude,
-                       ends->unit, ends->measured_first.damping_ratio,
-                       ends->measured_last.damping_ratio, ends->modelled_first.damping_ratio,
-                       ends->modelled_last.damping_ratio);
-}
-
-/// The phase lead or lag of the measured swing while both swing, in degrees (360 per cycle).
-std::string phase_words(const Comparison& comparison) {
-    const auto words = [](const SwingError& error, const char* place) -> std::string {
-        if (has_died(error.measured_over_noise) || has_died(error.modelled_over_noise))
-            return {};
-        if (std::abs(error.lag) < standard_errors * error.lag_error)
-            return fmt::format("in step {}", place);
-        return fmt::format("{:.2f}° {} {}", std::abs(error.lag) * 180.0 / std::numbers::pi,
-                           error.lag > 0.0 ? "behind" : "ahead", place);
+    const auto modelled_at = [&](double amplitude) {
+        return *std::ranges::min_element(both.modelled.front().points, {},
+                                         [&](const reduce::BackbonePoint& point) {
+                                             return std::abs(std::log(point.amplitude / amplitude));
+                                         });
     };
-    const std::string thirds = in_thirds(comparison.structure, words);
-    std::string text = thirds.empty() ? "phase error"
-                                      : "phase error: against the model the measured swing is" +
-                                            thirds + " (a cycle has 360°)";
-    if (const auto ends = backbone_ends(comparison.backbones))
-        text += fmt::format(
-            "; as the amplitude falls from {:.2g} to {:.2g} {} the measured frequency goes from "
-            "{:.2f} to {:.2f} Hz, the modelled one from {:.2f} to {:.2f} Hz",
-            1e3 * ends->measured_first.amplitude, 1e3 * ends->measured_last.amplitude, ends->unit,
-            ends->measured_first.frequency, ends->measured_last.frequency,
-            ends->modelled_first.frequency, ends->modelled_last.frequency);
-    return text;
-}
-
-std::string rest_words(const Comparison& comparison) {
-    const auto rest = [&](std::size_t third) {
-        return fmt::format("{:+.4f} {}",
-                           comparison.unit.factor * comparison.structure.thirds[third].rest,
-                           comparison.unit.name);
-    };
-    return fmt::format("an error of the rest position: measured minus modelled {} early, {} in the "
-                       "middle, {} late",
-                       rest(0), rest(1), rest(2));
-}
-
-/// Names the error in the shape over the heights, by its spectrum.
-std::string shape_words(const Comparison& comparison) {
-    const auto second = std::ranges::find(comparison.spectrum.bands, std::string("mode 2"),
-                                          &fit::SpectrumBand::name);
-    const bool is_second = second != comparison.spectrum.bands.end() && second->share > 0.5;
-    return is_second ? "error of the second mode"
-                     : "shape error: the stem bends at other heights than the model";
-}
-
-std::string what_it_is(const Comparison& comparison) {
-    const ResidualStructure& structure = comparison.structure;
-    struct Part {
-        double share;
-        std::string words;
-    };
-    std::array<Part, 5> parts{
-        Part{structure.amplitude_share, amplitude_words(structure) + decay_words(comparison)},
-        Part{structure.phase_share, phase_words(comparison)},
-        Part{structure.rest_share, rest_words(comparison)},
-        Part{structure.other_motion_share,
-             "motion with the shape of the swing but another frequency"},
-        Part{structure.other_shape_share, shape_words(comparison)}};
-    std::ranges::stable_sort(parts, std::greater{}, &Part::share);
-    std::string text = fmt::format("{:.0f} % of the remaining misfit is {}", 100.0 * parts[0].share,
-                                   parts[0].words);
-    if (parts[1].share > 0.2)
-        text += fmt::format(". Another {:.0f} % is {}", 100.0 * parts[1].share, parts[1].words);
-    return text + ".";
+    const reduce::BackbonePoint modelled_first = modelled_at(measured.front().amplitude);
+    const reduce::BackbonePoint modelled_last = modelled_at(measured.back().amplitude);
+    return fmt::format(
+        "From {:.2g} to {:.2g} {} of amplitude the measured frequency goes from {:.2f} to {:.2f} "
+        "Hz and the damping ratio from {:.4f} to {:.4f}; the modelled ones go from {:.2f} to "
+        "{:.2f} Hz and from {:.4f} to {:.4f}.",
+        1e3 * measured.front().amplitude, 1e3 * measured.back().amplitude,
+        both.measured.front().is_strain ? "mm/m" : "mm", measured.front().frequency,
+        measured.back().frequency, measured.front().damping_ratio, measured.back().damping_ratio,
+        modelled_first.frequency, modelled_last.frequency, modelled_first.damping_ratio,
+        modelled_last.damping_ratio);
 }
 
 const diagnose::Comparison& comparison_of(const diagnose::Ladder& ladder, std::size_t model) {
@@ -359,8 +239,8 @@ std::vector<std::string> comparison_sentences(const Comparison& comparison) {
         return sentences;
     if (std::string where = where_it_fails(comparison); !where.empty())
         sentences.push_back(std::move(where));
-    if (comparison.structure.excess_over_noise > 0.0)
-        sentences.push_back(what_it_is(comparison));
+    if (std::string backbone = backbone_sentence(comparison.backbones); !backbone.empty())
+        sentences.push_back(std::move(backbone));
     return sentences;
 }
 

@@ -76,7 +76,6 @@ void describe_where(To& to, const diagnose::Comparison& comparison, const fit::R
     to("spectrum", comparison.spectrum);
     to("backbone", comparison.backbones);
     to.object("banding", [&] { describe_banding(to, comparison); });
-    to("structure", comparison.structure);
     to.object("residual_map", [&] { describe_residual_map(to, fit); });
 }
 

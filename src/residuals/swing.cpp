@@ -67,43 +67,28 @@ void replace_seen(std::span<const double> readings, std::size_t rows, std::size_
 
 Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measurement) {
     Swing swing;
-    swing.shape = strongest_shape(fit, measurement);
+    const std::vector<double> shape = strongest_shape(fit, measurement);
+    const std::size_t rows = shape.size();
     swing.times = fit.times;
-    // Least-squares coordinate of one frame in the shape, over the rows that were seen.
-    const auto project = [&](std::size_t frame, const auto& reading) {
-        // q = Σ w s y/Σ w s² minimises Σ w (y − q s)², w = 1/σ².
-        const std::size_t rows = swing.shape.size();
+    for (std::size_t i = 0; i < fit.times.size(); ++i) {
+        // q = Σ w s y/Σ w s² minimises Σ w (y − q s)², w = 1/σ², over the rows that were seen.
         double sum = 0.0;
         double norm = 0.0;
         for (std::size_t j = 0; j < rows; ++j) {
-            if (std::isnan(fit.residuals[frame * rows + j]))
+            if (std::isnan(fit.residuals[i * rows + j]))
                 continue;
             const double precision = 1.0 / (fit.noise[j] * fit.noise[j]);
-            sum += precision * swing.shape[j] * reading(frame * rows + j);
-            norm += precision * swing.shape[j] * swing.shape[j];
+            sum += precision * shape[j] * measurement.deflections[i * rows + j];
+            norm += precision * shape[j] * shape[j];
         }
-        return norm > 0.0 ? sum / norm : std::numeric_limits<double>::quiet_NaN();
-    };
-    const std::size_t parameters = fit.prediction.parameters;
-    const std::size_t release = fit.model.first_error() - 1;
-    for (std::size_t i = 0; i < fit.times.size(); ++i) {
-        swing.modelled.push_back(
-            project(i, [&](std::size_t place) { return fit.prediction.readings[place]; }));
-        swing.measured.push_back(
-            project(i, [&](std::size_t place) { return measurement.deflections[place]; }));
-        // The derivative by the release time is −dy/dt.
-        swing.modelled_speed.push_back(project(i, [&](std::size_t place) {
-            const double derivative = fit.prediction.jacobian[place * parameters + release];
-            return std::isfinite(derivative) ? -derivative : 0.0;
-        }));
+        swing.measured.push_back(norm > 0.0 ? sum / norm
+                                            : std::numeric_limits<double>::quiet_NaN());
     }
     // The variance of q in a frame without gaps is 1/Σ w s².
     double precision = 0.0;
-    for (std::size_t j = 0; j < swing.shape.size(); ++j)
-        precision += std::pow(swing.shape[j] / fit.noise[j], 2);
+    for (std::size_t j = 0; j < rows; ++j)
+        precision += std::pow(shape[j] / fit.noise[j], 2);
     swing.noise = precision > 0.0 ? 1.0 / std::sqrt(precision) : 0.0;
-    if (fit.noise_model)
-        swing.noise_correlation = fit.noise_model->correlation;
     const auto modes = run::chain_modes(fit.model.spec, 1);
     swing.frequency =
         modes.empty() ? physics::first_frequency(fit.model.spec.stem) : modes.front().frequency;

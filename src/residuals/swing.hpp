@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The strongest shape of the motion over the heights and its coordinate in measurement and model;
-// the backbones of both, and Eq. 1 at every height.
+// The measured coordinate of the strongest shape over the heights; the backbones of measurement and
+// model, and Eq. 1 at every height.
 #pragma once
 
 #include "fit/fit.hpp"
@@ -17,14 +17,10 @@ namespace culm::residuals {
 /// dominates, the common shape of two close modes). Coordinates are those of the row where the
 /// shape is largest, m.
 struct Swing {
-    std::vector<double> shape;          ///< (rows), 1 at the largest
-    std::vector<double> times;          ///< (frames), s
-    std::vector<double> measured;       ///< (frames), m; NaN where no row was seen
-    std::vector<double> modelled;       ///< (frames), m, from the rows that were seen
-    std::vector<double> modelled_speed; ///< (frames), m/s
-    double noise = 0.0;                 ///< of a measured coordinate with all rows, m
-    double noise_correlation = 0.0;     ///< of that noise from frame to frame
-    double frequency = 0.0;             ///< of the fitted chain's first mode, Hz
+    std::vector<double> times;    ///< (frames), s
+    std::vector<double> measured; ///< (frames), m; NaN where no row was seen
+    double noise = 0.0;           ///< of a measured coordinate with all rows, m
+    double frequency = 0.0;       ///< of the fitted chain's first mode, Hz
 };
 
 /// The shape is the first right singular vector of the predicted readings after the release (of the

@@ -16,7 +16,7 @@ namespace {
 using testing::HasSubstr;
 using testing::Not;
 
-/// A comparison of an inadequate model; its swing is far above the noise.
+/// A comparison of an inadequate model.
 diagnose::Comparison misfit() {
     diagnose::Comparison comparison;
     comparison.verdict.finding = diagnose::Finding::Inadequate;
@@ -24,11 +24,6 @@ diagnose::Comparison misfit() {
     comparison.noise = 1e-5;
     comparison.rmse = 2e-5;
     comparison.verdict.is_noise_known = true;
-    comparison.structure.excess_over_noise = 3.0;
-    for (residuals::SwingError& third : comparison.structure.thirds) {
-        third.lag_error = third.amplitude_error = 1e-4;
-        third.measured_over_noise = third.modelled_over_noise = 100.0;
-    }
     return comparison;
 }
 
@@ -36,44 +31,22 @@ std::string last_sentence(const diagnose::Comparison& comparison) {
     return present::comparison_sentences(comparison).back();
 }
 
-TEST(Words, SayWhichSwingIsAhead) {
+TEST(Words, QuoteBothBackbonesAtTheAmplitudesThatTheReadingsDetermine) {
     diagnose::Comparison comparison = misfit();
-    comparison.structure.phase_share = 0.9;
-    comparison.structure.thirds[0].lag = 0.01;
-    comparison.structure.thirds[1].lag = -0.02;
-    EXPECT_EQ(
-        last_sentence(comparison),
-        "90 % of the remaining misfit is phase error: against the model the measured swing is "
-        "0.57° behind early, 1.15° ahead in the middle, in step late (a cycle has 360°).");
-}
-
-TEST(Words, OmitThePhaseOfASwingThatHasDied) {
-    diagnose::Comparison comparison = misfit();
-    comparison.structure.phase_share = 0.9;
-    for (residuals::SwingError& third : comparison.structure.thirds)
-        third.lag = 0.01;
-    comparison.structure.thirds[2].measured_over_noise = 2.0;
-    EXPECT_THAT(last_sentence(comparison), HasSubstr("behind in the middle"));
-    EXPECT_THAT(last_sentence(comparison), Not(HasSubstr("late")));
-}
-
-TEST(Words, SayThatTheModelStillSwingsWhereTheStemIsAtRest) {
-    diagnose::Comparison comparison = misfit();
-    comparison.structure.amplitude_share = 0.9;
-    comparison.structure.thirds[2].amplitude = -0.97;
-    comparison.structure.thirds[2].measured_over_noise = 0.5;
-    EXPECT_THAT(last_sentence(comparison), HasSubstr("not yet zero late (the stem rests)"));
-    comparison.structure.thirds[2].modelled_over_noise = 0.5;
-    EXPECT_THAT(last_sentence(comparison), Not(HasSubstr("late")));
-}
-
-TEST(Words, QuoteNoDecayOfAWindowInWhichNothingSwings) {
-    diagnose::Comparison comparison = misfit();
-    comparison.structure.amplitude_share = 0.9;
-    reduce::ModeBackbone backbone;
-    backbone.points.assign(2, {.amplitude = 1e-3, .damping_ratio = 0.03, .damping_error = 1e-4});
-    comparison.backbones = {{backbone}, {backbone}};
-    EXPECT_THAT(last_sentence(comparison), HasSubstr("damping ratio goes from 0.0300 to 0.0300"));
+    reduce::ModeBackbone measured;
+    measured.points = {
+        {.amplitude = 9e-3, .damping_ratio = 0.04, .damping_error = 1e-4, .frequency = 79.0},
+        {.amplitude = 3e-3, .damping_ratio = 0.03, .damping_error = 1e-4, .frequency = 80.0},
+        {.amplitude = 1e-3, .damping_ratio = 0.02, .damping_error = 0.01, .frequency = 81.0}};
+    reduce::ModeBackbone modelled;
+    modelled.points = {{.amplitude = 8e-3, .damping_ratio = 0.031, .frequency = 79.8},
+                       {.amplitude = 2.8e-3, .damping_ratio = 0.032, .frequency = 79.9},
+                       {.amplitude = 1e-3, .damping_ratio = 0.033, .frequency = 79.7}};
+    comparison.backbones = {{measured}, {modelled}};
+    EXPECT_EQ(last_sentence(comparison),
+              "From 9 to 3 mm of amplitude the measured frequency goes from 79.00 to 80.00 Hz and "
+              "the damping ratio from 0.0400 to 0.0300; the modelled ones go from 79.80 to 79.90 "
+              "Hz and from 0.0310 to 0.0320.");
     comparison.backbones.measured.front().points[1].damping_error = 0.02;
     EXPECT_THAT(last_sentence(comparison), Not(HasSubstr("damping ratio")));
 }

@@ -14,7 +14,6 @@ namespace {
 
 constexpr std::size_t most_frequencies = 2000;
 constexpr std::size_t mode_count = 3;
-constexpr double half_band = 0.25;
 
 /// Hann's window for the frames from `first` on. The residual of a decaying swing ends abruptly at
 /// both ends of the record; without a window its side lobes (−13 dB) would look like vibrations.
@@ -55,34 +54,13 @@ double power_at(const RecordingFit& fit, const std::vector<double>& weights, dou
     return seen == 0 ? 0.0 : power / static_cast<double>(seen);
 }
 
-/// Power in a band above that of the noise.
-double excess_in(const ResidualSpectrum& spectrum, const SpectrumBand& band) {
+/// Power above that of the noise between two frequencies.
+double excess_between(const ResidualSpectrum& spectrum, double lower, double upper) {
     double sum = 0.0;
     for (std::size_t k = 0; k < spectrum.frequencies.size(); ++k)
-        if (spectrum.frequencies[k] >= band.lower && spectrum.frequencies[k] < band.upper)
+        if (spectrum.frequencies[k] >= lower && spectrum.frequencies[k] < upper)
             sum += std::max(spectrum.power[k] - 1.0, 0.0);
     return sum;
-}
-
-SpectrumBand band_about(std::string name, double frequency) {
-    return {std::move(name), (1.0 - half_band) * frequency, (1.0 + half_band) * frequency, 0.0};
-}
-
-void add_bands(ResidualSpectrum& spectrum) {
-    if (spectrum.mode_frequencies.empty())
-        return;
-    const double first = spectrum.mode_frequencies.front();
-    spectrum.bands.push_back({"below half of mode 1", 0.0, 0.5 * first, 0.0});
-    for (std::size_t k = 0; k < spectrum.mode_frequencies.size(); ++k)
-        spectrum.bands.push_back(
-            band_about("mode " + std::to_string(k + 1), spectrum.mode_frequencies[k]));
-    spectrum.bands.push_back({"twice mode 1", 1.75 * first, 2.25 * first, 0.0});
-    spectrum.bands.push_back({"three times mode 1", 2.75 * first, 3.25 * first, 0.0});
-    double all = 0.0;
-    for (const double power : spectrum.power)
-        all += std::max(power - 1.0, 0.0);
-    for (SpectrumBand& band : spectrum.bands)
-        band.share = all > 0.0 ? excess_in(spectrum, band) / all : 0.0;
 }
 
 } // namespace
@@ -107,7 +85,10 @@ ResidualSpectrum residual_spectrum(const RecordingFit& fit) {
     for (const integrate::VibrationMode& mode : run::chain_modes(fit.model.spec, mode_count))
         if (mode.frequency < half_rate)
             spectrum.mode_frequencies.push_back(mode.frequency);
-    add_bands(spectrum);
+    const double all = excess_between(spectrum, 0.0, half_rate);
+    for (const double mode : spectrum.mode_frequencies)
+        spectrum.mode_shares.push_back(
+            all > 0.0 ? excess_between(spectrum, 0.75 * mode, 1.25 * mode) / all : 0.0);
     return spectrum;
 }
 
