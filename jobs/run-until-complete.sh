@@ -1,8 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 # shellcheck shell=bash
-# For job scripts of Slurm and PBS: runs a command that ends with culm's exit codes, and has the job
-# start again until nothing is missing. Sourced by jobs/slurm and jobs/pbs; scripts of `culm jobs`
-# hold a copy.
+# For job scripts of Slurm and PBS, which source it: runs a command that ends with culm's exit codes,
+# and has the job start again until nothing is missing.
 #
 #   run_until_complete SECONDS COMMAND...
 #

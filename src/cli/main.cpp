@@ -92,7 +92,6 @@ int run(int argc, char** argv) {
     culm::cli::add_run_command(app, exit_code, argc, argv);
     culm::cli::add_reduce_command(app, exit_code);
     culm::cli::add_archive_command(app, exit_code);
-    culm::cli::add_jobs_command(app);
     culm::cli::add_simulate_command(app);
     culm::cli::add_import_command(app);
     culm::cli::add_fit_command(app, exit_code);

@@ -45,7 +45,6 @@ void run_on_ranks(CLI::App& command, std::shared_ptr<Arguments> arguments,
 void add_run_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv);
 void add_reduce_command(CLI::App& app, core::ExitCode& exit_code);
 void add_archive_command(CLI::App& app, core::ExitCode& exit_code);
-void add_jobs_command(CLI::App& app);
 void add_simulate_command(CLI::App& app);
 void add_import_command(CLI::App& app);
 void add_fit_command(CLI::App& app, core::ExitCode& exit_code);

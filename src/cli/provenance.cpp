@@ -8,6 +8,7 @@
 #include "core/lanes.hpp"
 #include "core/utc_time.hpp"
 #include "integrate/sundials/integrator.hpp"
+#include "measure/folder/measurement_folder.hpp"
 #include "physics/effects/selection.hpp"
 #include "study/config/study_effects.hpp"
 
@@ -107,15 +108,10 @@ std::vector<std::pair<std::string, std::string>> build_provenance() {
             {"libraries", build.libraries}};
 }
 
-fs::path own_program() {
-    std::error_code error;
-    const fs::path path = fs::read_symlink("/proc/self/exe", error);
-    return error ? fs::path() : path;
-}
-
 fs::path beside_own_program(const std::string& place) {
-    const fs::path program = own_program();
-    if (program.empty())
+    std::error_code error;
+    const fs::path program = fs::read_symlink("/proc/self/exe", error);
+    if (error)
         throw core::StorageError(place + ": the system does not report the location "
                                          "of culm (/proc/self/exe), next to which it belongs");
     return (program.parent_path() / place).lexically_normal();

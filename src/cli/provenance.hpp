@@ -20,9 +20,6 @@ namespace culm::cli {
 /// Facts for an archive's provenance: version, compiler, architecture, libraries.
 [[nodiscard]] std::vector<std::pair<std::string, std::string>> build_provenance();
 
-/// The file of this program; empty if it is unknown.
-[[nodiscard]] std::filesystem::path own_program();
-
 /// The path `place` relative to this program's folder. Throws core::StorageError if that folder is
 /// unknown.
 [[nodiscard]] std::filesystem::path beside_own_program(const std::string& place);

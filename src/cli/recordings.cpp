@@ -117,8 +117,4 @@ std::vector<double> expected_seconds(std::span<const diagnose::Specimen> specime
     return seconds;
 }
 
-double laboratory_memory(std::size_t specimens) {
-    return 150e6 + 2e6 * static_cast<double>(specimens);
-}
-
 } // namespace culm::cli

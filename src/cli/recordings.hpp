@@ -71,7 +71,4 @@ void write_results(const RecordingArguments& arguments,
                                                    const fit::ChainOptions& chain,
                                                    std::size_t candidates);
 
-/// Upper bound for a rank, bytes.
-[[nodiscard]] double laboratory_memory(std::size_t specimens);
-
 } // namespace culm::cli

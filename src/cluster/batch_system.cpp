@@ -5,11 +5,10 @@
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
 #include <charconv>
 #include <chrono>
 #include <cmath>
-#include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <fstream>
 #include <sstream>
@@ -17,60 +16,14 @@
 #include <utility>
 #include <vector>
 
-#include <fcntl.h>
 #include <fmt/core.h>
-#include <poll.h>
-#include <spawn.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 namespace culm::cluster {
 
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr std::size_t longest_output = 64 * 1024;
-
-/// Starts the program with its standard output to `output`; -1 if it cannot be started.
-::pid_t start(const std::vector<std::string>& words, int output) {
-    std::vector<std::string> copies = words;
-    std::vector<char*> arguments;
-    for (std::string& word : copies)
-        arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    ::posix_spawn_file_actions_t actions;
-    ::posix_spawn_file_actions_init(&actions);
-    ::posix_spawn_file_actions_adddup2(&actions, output, STDOUT_FILENO);
-    // Without the user's terminal a query that asks for a password cannot wait there.
-    ::posix_spawn_file_actions_addopen(&actions, STDIN_FILENO, "/dev/null", O_RDONLY, 0);
-    ::posix_spawn_file_actions_addopen(&actions, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    ::pid_t process = -1;
-    if (::posix_spawnp(&process, arguments.front(), &actions, nullptr, arguments.data(), environ) !=
-        0)
-        process = -1;
-    ::posix_spawn_file_actions_destroy(&actions);
-    return process;
-}
-
-/// Reads to the end of the pipe; false if that takes too long or the text is too long.
-bool read_all(int pipe, Clock::time_point deadline, std::string& text) {
-    std::array<char, 4096> block{};
-    while (text.size() < longest_output) {
-        const auto left =
-            std::chrono::duration_cast<std::chrono::milliseconds>(deadline - Clock::now()).count();
-        ::pollfd ready{pipe, POLLIN, 0};
-        if (left <= 0 || ::poll(&ready, 1, static_cast<int>(left)) == 0)
-            return false;
-        const ::ssize_t count = ::read(pipe, block.data(), block.size());
-        if (count == 0)
-            return true;
-        if (count < 0 && errno != EINTR)
-            return false;
-        text.append(block.data(), static_cast<std::size_t>(std::max<::ssize_t>(0, count)));
-    }
-    return false;
-}
 
 /// Whether the text consists of digits only, like job numbers and times in seconds.
 bool is_number(const std::string& text) {
@@ -85,7 +38,7 @@ std::optional<TimeLeft> slurm_time_left(const BatchSystemAccess& access) {
     if (const std::string end = access.variable("SLURM_JOB_END_TIME"); is_number(end))
         return TimeLeft{std::stod(end) - access.now(), "SLURM_JOB_END_TIME"};
     const std::string answer =
-        access.output_of({"squeue", "--noheader", "--jobs=" + job, "--Format=TimeLeft"});
+        access.output_of("squeue --noheader --jobs=" + job + " --Format=TimeLeft");
     const std::optional<double> left = parse_time_left(answer);
     return left ? std::optional(TimeLeft{*left, "squeue, job " + job}) : std::nullopt;
 }
@@ -192,25 +145,19 @@ std::optional<double> number_with_unit(std::string_view text) {
 
 } // namespace
 
-std::string program_output(const std::vector<std::string>& words,
-                           std::chrono::milliseconds patience) {
-    std::array<int, 2> ends{};
-    if (words.empty() || ::pipe2(ends.data(), O_CLOEXEC) != 0)
+std::string program_output(const std::string& command, std::chrono::milliseconds patience) {
+    // Without the user's terminal a query that asks for a password cannot wait there.
+    std::FILE* const pipe =
+        ::popen(fmt::format("timeout --signal=KILL {:.3f} {} </dev/null 2>/dev/null",
+                            std::chrono::duration<double>(patience).count(), command)
+                    .c_str(),
+                "re");
+    if (pipe == nullptr)
         return "";
-    const ::pid_t process = start(words, ends[1]);
-    ::close(ends[1]);
-    std::string text;
-    const bool is_whole = process > 0 && read_all(ends[0], Clock::now() + patience, text);
-    ::close(ends[0]);
-    if (process <= 0)
-        return "";
+    std::string text(longest_output, '\0');
+    text.resize(std::fread(text.data(), 1, text.size(), pipe));
     // A busy controller may not answer for minutes; culm then computes without its answer.
-    if (!is_whole)
-        ::kill(process, SIGKILL);
-    int status = 0;
-    while (::waitpid(process, &status, 0) < 0 && errno == EINTR) {
-    }
-    return is_whole && WIFEXITED(status) && WEXITSTATUS(status) == 0 ? text : "";
+    return ::pclose(pipe) == 0 && text.size() < longest_output ? text : "";
 }
 
 BatchSystemAccess real_batch_system() {
@@ -218,8 +165,8 @@ BatchSystemAccess real_batch_system() {
                 const char* value = std::getenv(name.c_str());
                 return std::string(value == nullptr ? "" : value);
             },
-            [](const std::vector<std::string>& words) {
-                return program_output(words, std::chrono::seconds(10));
+            [](const std::string& command) {
+                return program_output(command, std::chrono::seconds(10));
             },
             [] {
                 const auto since_1970 = std::chrono::system_clock::now().time_since_epoch();
@@ -255,16 +202,11 @@ std::optional<double> parse_time_left(std::string_view text) {
     return days_and_clock(text);
 }
 
-std::string walltime_text_in_hours(double seconds) {
-    const auto whole = static_cast<long long>(std::ceil(seconds));
-    return fmt::format("{:02d}:{:02d}:{:02d}", whole / 3600, whole / 60 % 60, whole % 60);
-}
-
 std::string walltime_text(double seconds) {
-    if (seconds < day)
-        return walltime_text_in_hours(seconds);
-    const double days = std::floor(seconds / day);
-    return fmt::format("{:.0f}-{}", days, walltime_text_in_hours(seconds - days * day));
+    const auto whole = static_cast<long long>(std::ceil(seconds));
+    const std::string clock =
+        fmt::format("{:02d}:{:02d}:{:02d}", whole / 3600 % 24, whole / 60 % 60, whole % 60);
+    return whole < 86400 ? clock : fmt::format("{}-{}", whole / 86400, clock);
 }
 
 } // namespace culm::cluster

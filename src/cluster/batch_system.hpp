@@ -16,8 +16,8 @@ namespace culm::cluster {
 struct BatchSystemAccess {
     /// An environment variable; empty if it is not set.
     std::function<std::string(const std::string& name)> variable;
-    /// Standard output of a program, run without a shell; empty if it fails or takes too long.
-    std::function<std::string(const std::vector<std::string>& words)> output_of;
+    /// Standard output of a shell command; empty if it fails or takes too long.
+    std::function<std::string(const std::string& command)> output_of;
     std::function<double()> now;         ///< s since 1970
     std::function<double()> session_age; ///< of this process's session, s; PBS: of the job's shell
 };
@@ -33,10 +33,9 @@ struct TimeLeft {
 /// shell. Empty outside of a job, without a limit of the job, or without an answer.
 [[nodiscard]] std::optional<TimeLeft> time_left_of_job(const BatchSystemAccess& access);
 
-/// Runs the program named by the first word (looked up in PATH) with the others as its arguments,
-/// without a shell, and returns its standard output of at most 64 kB. Empty if it cannot be
-/// started, fails, or takes longer than `patience` and is ended.
-[[nodiscard]] std::string program_output(const std::vector<std::string>& words,
+/// Runs a command of the shell and returns its standard output, less than 64 kB. Empty if it cannot
+/// be started, fails, or takes longer than `patience` and is ended.
+[[nodiscard]] std::string program_output(const std::string& command,
                                          std::chrono::milliseconds patience);
 
 /// Seconds of a duration: HH:MM:SS, MM:SS, D-HH, D-HH:MM, D-HH:MM:SS, or a number with its unit,
@@ -50,8 +49,5 @@ struct TimeLeft {
 
 /// HH:MM:SS, with days in front for a day and more (Slurm's form).
 [[nodiscard]] std::string walltime_text(double seconds);
-
-/// HHH:MM:SS for any number of hours (PBS's form).
-[[nodiscard]] std::string walltime_text_in_hours(double seconds);
 
 } // namespace culm::cluster

@@ -13,7 +13,6 @@ BEGIN, END = "<!-- tests/cli/command_reference.py -->\n", "<!-- end -->\n"
 COMMANDS = ("run", "reduce", "simulate", "import", "effects", "keys", "fit", "setup", "track",
             "calibrate", "compare", "diagnose", "report", "export", "schema")
 NESTED = tuple(f"archive {name}" for name in ("info", "status", "verify", "merge"))
-NESTED += ("jobs slurm", "jobs pbs")
 
 
 def reference_section(command: str) -> str:

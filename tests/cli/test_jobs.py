@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""culm jobs and the loop in its scripts, with substitutes for the commands of batch systems.
+"""The scripts of jobs/ and their loop, with substitutes for the commands of batch systems.
 
 tests/slurm runs such scripts in a real Slurm."""
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -11,7 +12,7 @@ import time
 import unittest
 from pathlib import Path
 
-from culm_program import BAD_INPUT, DONE, PATIENCE, QUICK, STOPPED_EARLY, CulmTest
+from culm_program import BAD_INPUT, DONE, PATIENCE, PROGRAM, QUICK, STOPPED_EARLY, CulmTest
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 NASTY = "it's \"a\"; $(touch hacked) `touch hacked`\n#SBATCH --hold\n#PBS -h\ntouch hacked #"
@@ -141,10 +142,7 @@ class Scripts(CulmTest):
     def test_are_sound_in_the_jobs_folder(self):
         scripts = [*(ROOT / "jobs/slurm").glob("*.sbatch"), *(ROOT / "jobs/pbs").glob("*.pbs"),
                    *(ROOT / "jobs").glob("*.sh")]
-        self.assertGreaterEqual(len(scripts), 14)
-        self.assert_sound(scripts)
-
-    def assert_sound(self, scripts):
+        self.assertGreaterEqual(len(scripts), 16)
         for script in scripts:
             finished = subprocess.run(["bash", "-n", script], capture_output=True, text=True,
                                       check=False)
@@ -154,95 +152,52 @@ class Scripts(CulmTest):
                                       capture_output=True, check=False)
             self.assertEqual(finished.stdout, "")
 
-    def test_contain_hostile_names_as_words_only(self):
+    def run_copy(self, script: str, **variables) -> subprocess.CompletedProcess:
+        """Runs a script of jobs/ without mpirun, as if a batch system had started it."""
+        text, count = re.subn(r"(?m)^LAUNCHER=\(mpirun\)", "LAUNCHER=()",
+                              (ROOT / "jobs" / script).read_text(encoding="utf-8"))
+        self.assertEqual(count, 1)
+        self.write("job.sh", text)
+        environment = {name: value for name, value in os.environ.items()
+                       if not name.startswith(("SLURM_", "PBS_", "CULM_"))}
+        here = str(self.folder)
+        return subprocess.run(["bash", "job.sh"], cwd=here, text=True, capture_output=True,
+                              timeout=PATIENCE, check=False,
+                              env=environment | {"PBS_O_WORKDIR": here, "SLURM_SUBMIT_DIR": here,
+                                                 "CULM_ROOT": str(ROOT), "CULM": PROGRAM}
+                              | variables)
+
+    def test_take_hostile_names_as_words(self):
         place = self.folder / NASTY
         place.mkdir()
         (place / "s.toml").write_text(QUICK, encoding="utf-8")
-        for system in ("slurm", "pbs"):
-            script = self.folder / f"job-{system}"
-            self.assert_exit(self.culm("jobs", system, f"{NASTY}/s.toml", "--nodes", "1",
-                                       "--ranks-per-node", "1", "--study-output",
-                                       f"{NASTY}/out {system}", "-o", script), DONE)
-            self.assert_sound([script])
-            text = script.read_text(encoding="utf-8")
-            for line in text.splitlines():
-                self.assertNotRegex(line, r"^#SBATCH --hold|^#PBS -h")
-            # Runs without mpirun, as if a batch system had started it.
-            script.write_text(text.replace("LAUNCHER=(mpirun) ", "LAUNCHER=() "), encoding="utf-8")
-            self.assertNotEqual(script.read_text(encoding="utf-8"), text)
-            environment = {name: value for name, value in os.environ.items()
-                           if not name.startswith(("SLURM_", "PBS_"))}
-            finished = subprocess.run(["bash", script], cwd=self.folder, text=True,
-                                      capture_output=True, timeout=PATIENCE, check=False,
-                                      env=environment | {"PBS_O_WORKDIR": str(self.folder)})
-            self.assert_exit(finished, DONE)
-            self.assertTrue((place / f"out {system}" / "study.h5").exists())
+        for script in ("slurm/doe.sbatch", "pbs/doe.pbs"):
+            output = place / f"out {script[:3]}"
+            self.assert_exit(self.run_copy(script, STUDY=str(place / "s.toml"),
+                                           OUTPUT=str(output)), DONE)
+            self.assertTrue((output / "study.h5").exists())
         self.assertEqual(list(self.folder.rglob("hacked")), [])
 
+    def test_write_where_they_were_submitted(self):
+        for script in ("slurm/doe.sbatch", "pbs/doe.pbs"):
+            self.assert_exit(self.run_copy(script, STUDY=str(ROOT / "config/quick.toml")), DONE)
+            results = self.folder / "results"
+            self.assertTrue((results / "schramm2019/study.h5").exists())
+            shutil.rmtree(results)
 
-class Sizes(CulmTest):
-    def jobs(self, *options):
-        return self.culm("jobs", "slurm", "s.toml", "--nodes", "3", "--ranks-per-node", "4",
-                         *options)
-
-    def test_come_from_the_cost_model_and_are_reported(self):
-        self.write("s.toml", QUICK)
-        finished = self.jobs()
-        self.assert_exit(finished, DONE)
-        self.assertRegex(finished.stderr, r"^9 points to compute, [\d.e-]+ core seconds on the "
-                         r"reference machine \(nothing has been timed here yet\)\n"
-                         r"\d+ ranks? on 1 node: about 00:00:01 of computing, ")
-        self.assertIn("12 ranks were asked for; there is work for ", finished.stderr)
-        self.assertIn("#SBATCH --time=00:05:00\n", finished.stdout)
-        self.assertIn("# 9 points to compute, ", finished.stdout)
-
-    def test_of_a_laboratory_come_from_its_recordings(self):
-        for name in ("A", "B", "C"):
-            self.copy_recording(ROOT / "tests/data/measurements/T1-null", f"lab/{name}", name)
-        finished = self.culm("jobs", "slurm", "lab", "--nodes", "1", "--ranks-per-node", "2")
-        self.assert_exit(finished, DONE)
-        self.assertRegex(finished.stderr, r"^3 stems to compute, [\d.]+ core seconds on ")
-        self.assertIn(f"MEASUREMENTS=({self.folder.resolve()}/lab)\n", finished.stdout)
-        self.assertIn("lab-diagnosis\n", finished.stdout)
-        self.assert_refused(self.culm("jobs", "slurm", "nowhere", "--nodes", "1"),
-                            "culm: nowhere: there is no such folder\n")
-
-    def test_count_only_what_is_missing_and_use_the_pace_of_earlier_runs(self):
-        text = QUICK.replace("[5, 10, 15]", "{ from = 5, to = 90, count = 2000 }").replace(
-            "duration_s = 0.05", "duration_s = 0.5")
-        self.write("s.toml", text)
-        self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q", "--walltime", "3s"),
-                         STOPPED_EARLY)
-        finished = self.jobs("--study-output", "out")
-        self.assert_exit(finished, DONE)
-        missing = int(finished.stderr.split()[0])
-        self.assertLess(missing, 6000)
-        self.assertGreater(missing, 0)
-        self.assertIn("core seconds at the pace of this study's runs so far\n", finished.stderr)
-
-    def test_are_refused_for_a_complete_study(self):
-        self.write("s.toml", QUICK)
-        self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), DONE)
-        self.assert_refused(self.jobs("--study-output", "out"),
-                            "culm: out: the study is complete; there is nothing to compute\n")
-
-    def test_are_refused_for_another_study_in_the_folder(self):
-        self.write("s.toml", QUICK)
-        self.assert_exit(self.culm("run", "s.toml", "-o", "out", "-q"), DONE)
-        self.write("s.toml", QUICK.replace("spheres = 15", "spheres = 14"))
-        self.assert_refused(self.jobs("--study-output", "out"),
-                            "culm: out holds another study; choose another folder with "
-                            "--study-output\n")
-
-    def test_are_refused_with_names_that_could_carry_directives(self):
-        self.write("s.toml", QUICK)
-        self.assert_refused(self.jobs("--partition", "a\n#SBATCH --hold"),
-                            "culm: --partition: $'a\\012#SBATCH --hold' is not a name that a batch "
-                            "system accepts; allowed are letters, digits and _ . - + @ ,\n")
-        self.assert_refused(self.jobs("--walltime", "12"),
-                            'culm: --walltime: "12" is not a duration above zero and of at most a '
-                            "year; allowed are HH:MM:SS, MM:SS, D-HH, D-HH:MM, D-HH:MM:SS, or a "
-                            "number with its unit: 90s, 45min, 12h, 2d\n")
+    def test_diagnose_and_resume_a_laboratory(self):
+        self.write("program", PROGRAM_OF_CODES)
+        (self.folder / "program").chmod(0o755)
+        for script, limit in (("slurm/laboratory.sbatch", ""),
+                              ("pbs/laboratory.pbs", r" --walltime 43(200|199|198)s")):
+            self.write("codes", "0\n")
+            finished = self.run_copy(script, CULM="./program", MEASUREMENTS="my lab")
+            self.assert_exit(finished, DONE)
+            calls = self.folder / "calls"
+            self.assertRegex(calls.read_text(encoding="utf-8"),
+                             r"^diagnose my lab -o \S+/results/laboratory --resume --quiet"
+                             rf"{limit}\n$")
+            calls.unlink()
 
 
 if __name__ == "__main__":

@@ -41,7 +41,7 @@ class Walltime(CulmTest):
             kept = self.kept_points(finished)
             self.assertGreater(kept, before)
             before = kept
-            # The next run and `culm jobs` know the computing time of the points.
+            # The next run knows the computing time of the points.
             pace = json.loads((self.folder / "out/journal/pace.json").read_text(encoding="utf-8"))
             self.assertGreater(pace["seconds"], 0)
         status = self.culm("archive", "status", "out", "--json", "-")

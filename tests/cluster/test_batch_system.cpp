@@ -14,12 +14,12 @@ namespace {
 struct PaperSystem {
     std::map<std::string, std::string> variables;
     std::string answer;
-    std::vector<std::vector<std::string>> asked;
+    std::vector<std::string> asked;
 
     std::optional<TimeLeft> time_left() {
         return time_left_of_job({[this](const std::string& name) { return variables[name]; },
-                                 [this](const std::vector<std::string>& words) {
-                                     asked.push_back(words);
+                                 [this](const std::string& command) {
+                                     asked.push_back(command);
                                      return answer;
                                  },
                                  [] { return 1000.0; }, [] { return 40.0; }});
@@ -38,8 +38,8 @@ TEST(BatchSystem, AsksSlurmOnceBySqueue) {
     ASSERT_TRUE(left.has_value());
     EXPECT_EQ(left->seconds, 5400.0);
     EXPECT_EQ(left->source, "squeue, job 17");
-    EXPECT_EQ(system.asked, (std::vector<std::vector<std::string>>{
-                                {"squeue", "--noheader", "--jobs=17", "--Format=TimeLeft"}}));
+    EXPECT_EQ(system.asked,
+              std::vector<std::string>{"squeue --noheader --jobs=17 --Format=TimeLeft"});
 }
 
 TEST(BatchSystem, UsesTheEndTimeOfNewerSlurmsWithoutSqueue) {
@@ -75,18 +75,17 @@ TEST(BatchSystem, HasASaneClockAndSession) {
     EXPECT_EQ(access.variable("CULM_NO_SUCH_VARIABLE"), "");
 }
 
-TEST(ProgramOutput, IsWhatTheProgramPrintsWithoutAShell) {
+TEST(ProgramOutput, IsWhatTheProgramPrints) {
     using std::chrono::seconds;
-    EXPECT_EQ(program_output({"printf", "%s", "$(id) *"}, seconds(20)), "$(id) *");
-    EXPECT_EQ(program_output({"false"}, seconds(20)), "");
-    EXPECT_EQ(program_output({"sh", "-c", "echo text; exit 1"}, seconds(20)), "") << "it failed";
-    EXPECT_EQ(program_output({"culm-no-such-program"}, seconds(20)), "");
-    EXPECT_EQ(program_output({}, seconds(20)), "");
+    EXPECT_EQ(program_output("printf 'a b'", seconds(20)), "a b");
+    EXPECT_EQ(program_output("false", seconds(20)), "");
+    EXPECT_EQ(program_output("sh -c 'echo text; exit 1'", seconds(20)), "") << "it failed";
+    EXPECT_EQ(program_output("culm-no-such-program", seconds(20)), "");
 }
 
 TEST(ProgramOutput, IsEmptyForAProgramThatHangsOrFloods) {
-    EXPECT_EQ(program_output({"sleep", "1000"}, std::chrono::milliseconds(50)), "");
-    EXPECT_EQ(program_output({"yes"}, std::chrono::seconds(20)), "");
+    EXPECT_EQ(program_output("sleep 1000", std::chrono::milliseconds(50)), "");
+    EXPECT_EQ(program_output("yes", std::chrono::seconds(20)), "");
 }
 
 } // namespace

@@ -15,8 +15,11 @@ namespace {
 
 /// The argument that a program receives when bash calls it with this word.
 std::string as_bash_reads(const std::string& word) {
-    return program_output({"bash", "-c", "printf %s " + word + "; printf ."},
-                          std::chrono::seconds(20));
+    // In single quotes for the shell that starts bash.
+    std::string script;
+    for (const char c : "printf %s " + word + "; printf .")
+        script += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return program_output("bash -c '" + script + "'", std::chrono::seconds(20));
 }
 
 std::string byte(int value) {

@@ -56,7 +56,6 @@ TEST(Walltime, IsWrittenAsItIsRead) {
     EXPECT_EQ(walltime_text(59.2), "00:01:00");
     EXPECT_EQ(walltime_text(3723.0), "01:02:03");
     EXPECT_EQ(walltime_text(93784.0), "1-02:03:04");
-    EXPECT_EQ(walltime_text_in_hours(93784.0), "26:03:04");
     for (const double seconds : {1.0, 86399.0, 86400.0, 1e6})
         EXPECT_EQ(parse_walltime("w", walltime_text(seconds)), seconds);
 }

@@ -6,6 +6,7 @@ Exit code 77, with the reason, if Slurm cannot be started."""
 import json
 import os
 import re
+import shlex
 import shutil
 import signal
 import subprocess
@@ -61,21 +62,15 @@ class SlurmTest(CulmTest):
         return subprocess.run([PROGRAM, *arguments], cwd=self.folder, text=True,
                               capture_output=True, timeout=PATIENCE, check=False, **options)
 
-    def script(self, study: str, *options, **changes) -> str:
-        """Writes a script for the study by culm jobs slurm and changes some of its variables."""
-        if "--ranks-per-node" not in options:
-            options += ("--ranks-per-node", "2")
-        ranks = int(options[options.index("--ranks-per-node") + 1])
-        self.assert_exit(self.culm("jobs", "slurm", study, "--nodes", "2", "--study-output", "out",
-                                   "-o", "job.sbatch", *options), DONE)
-        text = (self.folder / "job.sbatch").read_text(encoding="utf-8")
-        # These studies are too small for the two nodes that the tests need.
-        for key, value in (("nodes", 2), ("ntasks", 2 * ranks), ("ntasks-per-node", ranks)):
-            text = re.sub(f"(?m)^#SBATCH --{key}=.*$", f"#SBATCH --{key}={value}", text)
-        for name, value in changes.items():
-            lines = [line for line in text.splitlines() if line.startswith(f"{name}=")]
-            self.assertEqual(len(lines), 1, name)
-            text = text.replace(lines[0], f"{name}={value}")
+    def script(self, study: str, ranks: int = 2, **changes) -> str:
+        """Writes jobs/slurm/doe.sbatch for the study, on two nodes, with changed variables."""
+        text = (ROOT / "jobs/slurm/doe.sbatch").read_text(encoding="utf-8")
+        lines = {"#SBATCH --nodes": 2, "#SBATCH --ntasks-per-node": ranks,
+                 "CULM_ROOT": shlex.quote(str(ROOT)), "CULM": shlex.quote(PROGRAM),
+                 "STUDY": shlex.quote(study), "OUTPUT": "out"} | changes
+        for name, value in lines.items():
+            text, count = re.subn(f"(?m)^{name}=.*$", lambda _, line=f"{name}={value}": line, text)
+            self.assertEqual(count, 1, name)
         return self.write("job.sbatch", text)
 
     def submit(self, *arguments, **options) -> str:
@@ -146,8 +141,7 @@ class Walltime(SlurmTest):
         self.write("a 'study'.toml", LONG)
         # The job has a limit of minutes, which is too long for a test; its first two starts
         # therefore get 6 s each.
-        job = self.submit(self.script("a 'study'.toml", "--ranks-per-node", "1", "--walltime",
-                                      "10min", WALLTIME_S=FIRST_TWO_SHORT))
+        job = self.submit(self.script("a 'study'.toml", 1, WALLTIME_S=FIRST_TWO_SHORT))
         self.wait_for_end(job)
         log = self.log()
         self.assertGreaterEqual(self.restarts(), 1, log)
@@ -248,18 +242,11 @@ class Arrays(SlurmTest):
 class Scripts(SlurmTest):
     def test_are_accepted_from_jobs_slurm(self):
         scripts = sorted((ROOT / "jobs/slurm").glob("*.sbatch"))
-        self.assertGreaterEqual(len(scripts), 5)
+        self.assertGreaterEqual(len(scripts), 6)
         for script in scripts:
             answer = slurm.run("sbatch", "--test-only", str(script), cwd=ROOT)
             self.assertEqual(answer.returncode, 0, f"{script}: {answer.stderr}")
             self.assertIn("to start at", answer.stderr)
-
-    def test_are_accepted_as_culm_writes_them(self):
-        self.write("s.toml", QUICK)
-        answer = slurm.run("sbatch", "--test-only",
-                           self.script("s.toml", "--partition", "test", "--account", "a-1"),
-                           cwd=self.folder)
-        self.assertEqual(answer.returncode, 0, answer.stderr)
 
     def test_archive_and_reduce_leaves_a_verified_archive_with_its_tables(self):
         self.write("s.toml", QUICK)

@@ -26,7 +26,7 @@ ALLOWED: dict[str, set[str]] = {
 ALLOWED["residuals"] = ALLOWED["fit"] | {"fit"}
 ALLOWED["diagnose"] = ALLOWED["residuals"] | {"residuals"}
 ALLOWED["calibrate"] = ALLOWED["diagnose"] | {"diagnose"}
-ALLOWED["cluster"] = {"core", "farm", "study"}
+ALLOWED["cluster"] = {"core"}
 ALLOWED["present"] = (ALLOWED["calibrate"] | {"archive", "calibrate", "study"}) - {"farm"}
 ALLOWED["cli"] = ALLOWED["calibrate"] | {"archive", "calibrate", "cluster", "present", "study"}
 
