@@ -112,7 +112,7 @@ def _add_stem(section: Section, results: CalibrationResults, number: int, stem: 
         section.paragraph(f"{stem['stem']}.")
     section.add(table(PARAMETER_COLUMNS, parameter_rows(stem["parameters"])))
     _add_budget(section, f"budget-{number:03}", stem)
-    _add_checks(section, stem)
+    _add_study(section, stem)
     try:
         time, heights, measured, predicted = results.prediction(number)
     except CalibrationError as error:
@@ -163,14 +163,8 @@ def _add_budget(section: Section, name: str, stem: dict):
                              *(f"{NAMES.get(key, key)}, %" for key in keys)], rows))
 
 
-def _add_checks(section: Section, stem: dict):
-    check, via = stem.get("check"), stem.get("via")
-    if check and "failure" not in check:
-        section.add(table(["closing test", "measured", "simulated", "error, %", "resolution, %"],
-                          [[label, check[f"measured_{key}"], check[f"simulated_{key}"],
-                            check[f"{short}_error_percent"], check[f"{short}_resolution_percent"]]
-                           for label, key, short in (("b1 per cycle", "b1_per_cycle", "b1"),
-                                                     ("b2, Hz", "b2_hz", "b2"))]))
+def _add_study(section: Section, stem: dict):
+    via = stem.get("via")
     if via and "failure" not in via:
         rows = [[law, *(with_error(via[key][member], factor) if via[key][member] else "–"
                         for key, _, factor in QUANTITIES[:2])]
@@ -179,9 +173,8 @@ def _add_checks(section: Section, stem: dict):
         section.add(table([f"by the study {via['study']}", "Y, GPa", "β"], rows))
         for warning in via["warnings"]:
             section.note(warning)
-    for part in (check, via):
-        if part and "failure" in part:
-            section.note(part["failure"])
+    if via and "failure" in via:
+        section.note(via["failure"])
     for remark in stem.get("remarks", []):
         section.note(remark)
     section.add(folded("Tests for lack of fit", table(

@@ -14,54 +14,6 @@
 namespace culm::calibrate {
 namespace {
 
-/// Readings of the model at all measured heights and times.
-reduce::StemHistories simulated_histories(fit::StemModel model,
-                                          const measure::Measurement& measurement,
-                                          run::IntegrationMethod method) {
-    // The fit is finished: without derivatives any integrator may be used.
-    model.parameters.clear();
-    model.release_time_bound = 0.0;
-    model.spec.integrator.method = method;
-    reduce::StemHistories stem = residuals::histories_of(measurement);
-    const fit::ChainPrediction prediction = predict_readings(model, measurement.times);
-    for (std::size_t j = 0; j < stem.heights.size(); ++j)
-        for (std::size_t i = 0; i < stem.times.size(); ++i)
-            if (!std::isnan(stem.histories[j][i]))
-                stem.histories[j][i] = prediction.readings[i * prediction.rows + j];
-    return stem;
-}
-
-PairedMean paired_mean(const CalibrationCheck& check,
-                       reduce::Estimate reduce::RingDownFit::*quantity) {
-    double weights = 0.0;
-    double measured_sum = 0.0;
-    double simulated_sum = 0.0;
-    for (std::size_t j = 0; j < check.measured.heights.size(); ++j) {
-        const auto& measured = check.measured.heights[j].fit;
-        const auto& simulated = check.simulated.heights[j].fit;
-        if (!measured || !simulated)
-            continue;
-        // Both means use the weights of the measurement: a height where it is uncertain must not
-        // change the simulated mean alone.
-        const double error = (*measured.*quantity).standard_error;
-        const double weight = 1.0 / (error * error);
-        weights += weight;
-        measured_sum += weight * (*measured.*quantity).value;
-        simulated_sum += weight * (*simulated.*quantity).value;
-    }
-    return {measured_sum / weights, simulated_sum / weights, 1.0 / std::sqrt(weights)};
-}
-
-/// Eq. 1 needs an offset for a stem released straight: its rest position is not zero.
-reduce::RingDownOptions check_options(const measure::Measurement& measurement,
-                                      const CalibrationOptions& options) {
-    reduce::RingDownOptions check;
-    check.window = options.fit.window;
-    check.has_offset = measurement.release == measure::ReleaseKind::HeldStraight;
-    check.has_phase = measurement.release == measure::ReleaseKind::Moving;
-    return check;
-}
-
 /// A fit may end in a valley whose first mode is not the swing: all later numbers are then wrong.
 void require_swing(const measure::Measurement& measurement, const fit::RecordingFit& fit,
                    const CalibrationOptions& options) {
@@ -101,22 +53,6 @@ fit::Fit fitted(const measure::Measurement& measurement, const CalibrationOption
 
 } // namespace
 
-CalibrationCheck check_calibration(const fit::StemModel& model,
-                                   const measure::Measurement& measurement,
-                                   const reduce::RingDownOptions& options,
-                                   run::IntegrationMethod method) {
-    CalibrationCheck check;
-    check.measured = reduce::fit_stem(residuals::histories_of(measurement), options);
-    check.simulated = reduce::fit_stem(simulated_histories(model, measurement, method), options);
-    check.decay_per_cycle = paired_mean(check, &reduce::RingDownFit::decay_per_cycle);
-    check.frequency = paired_mean(check, &reduce::RingDownFit::frequency);
-    if (std::isinf(check.decay_per_cycle.standard_error))
-        throw core::NumericalError(
-            core::FailureKind::FitFailed,
-            fmt::format("{}: Eq. 1 cannot be fitted at any height", measurement.stem.id));
-    return check;
-}
-
 Calibration calibrate_stem(const measure::Measurement& measurement,
                            const CalibrationOptions& options) {
     Calibration result;
@@ -136,15 +72,6 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
     result.damping_time = fit::damping_time(chain);
     result.verdict =
         diagnose::verdict_on(result.part(), residuals::swing_of(result.part(), measurement));
-    if (options.with_check) {
-        try {
-            result.check =
-                check_calibration(result.part().model, measurement,
-                                  check_options(measurement, options), options.check_method);
-        } catch (const core::NumericalError& error) {
-            result.check_failure = error.what();
-        }
-    }
     return result;
 }
 

@@ -22,35 +22,15 @@ struct StemNumbers {
 
 [[nodiscard]] StemNumbers numbers_of(const Calibration& calibration);
 
-/// "90 % of the stems lie in lower … upper", with the 95 % range of either end over resampled
-/// populations.
-struct CentralRange {
-    reduce::SampleSummary sample;
-    reduce::Bounds lower_interval; ///< of the lower end of its central_90_percent, 95 %
-    reduce::Bounds upper_interval;
-};
-
-template <class To>
-void describe(To& to, const CentralRange& found) {
-    describe(to, found.sample);
-    to("central_90_percent_lower_interval", found.lower_interval, "by bootstrap");
-    to("central_90_percent_upper_interval", found.upper_interval, "by bootstrap");
-}
-
-/// Quantiles with percentile bootstrap intervals (Efron 1979): `resamples` populations of the same
-/// size drawn with replacement by a generator of fixed seed, so that the result is reproducible.
-/// For few stems the ends are close to the extreme values, and the intervals are wide.
-[[nodiscard]] CentralRange central_range(std::span<const double> values, int resamples = 4000);
-
 /// The population of two or more calibrated stems.
 struct Population {
     std::size_t stems = 0; ///< calibrated
     std::size_t failed = 0;
     std::size_t inadequate = 0;
-    CentralRange bond_youngs_modulus; ///< Pa
-    CentralRange bond_damping;
-    CentralRange decay_per_cycle;
-    CentralRange frequency; ///< Hz
+    reduce::SampleSummary bond_youngs_modulus; ///< Pa
+    reduce::SampleSummary bond_damping;
+    reduce::SampleSummary decay_per_cycle;
+    reduce::SampleSummary frequency; ///< Hz
 };
 
 template <class To>

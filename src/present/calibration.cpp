@@ -52,24 +52,6 @@ std::string verdict_lines(const calibrate::Calibration& calibration) {
            (said.empty() ? said : result_lines("  ", said));
 }
 
-std::string check_lines(const calibrate::Calibration& calibration) {
-    if (!calibration.check)
-        return calibration.check_failure.empty()
-                   ? std::string()
-                   : fmt::format("  check: not possible: {}\n", calibration.check_failure);
-    const calibrate::CalibrationCheck& check = *calibration.check;
-    return fmt::format(
-        "  check: Eq. 1 fitted to the simulated stem and to the measured one\n"
-        "    b1 per cycle  simulated {:.4f}, measured {:.4f}, error {:+.2f} % (resolution {:.2f} "
-        "%)\n"
-        "    b2            simulated {:.3f} Hz, measured {:.3f} Hz, error {:+.3f} % (resolution "
-        "{:.3f} %)\n",
-        check.decay_per_cycle.simulated, check.decay_per_cycle.measured,
-        100.0 * check.decay_per_cycle.relative_error(), 100.0 * check.decay_per_cycle.resolution(),
-        check.frequency.simulated, check.frequency.measured,
-        100.0 * check.frequency.relative_error(), 100.0 * check.frequency.resolution());
-}
-
 /// "Y = 1.9 (95 %: 1.8 … 2.0) GPa, beta = …" by one of the two kinds of laws.
 std::string law_text(const reduce::StemPrediction& stem,
                      std::optional<reduce::Prediction> reduce::ParameterPrediction::*kind) {
@@ -85,15 +67,15 @@ std::string law_text(const reduce::StemPrediction& stem,
                        one(stem.bond_damping, 1.0, 2));
 }
 
-std::string range_line(const char* name, const calibrate::CentralRange& found, double scale,
+std::string range_line(const char* name, const reduce::SampleSummary& found, double scale,
                        const char* unit) {
-    return fmt::format("    {:<14} {:.4g} … {:.4g} {} (ends, 95 % by bootstrap: {:.4g} … {:.4g} "
-                       "and {:.4g} … {:.4g}); mean {:.4g}, sd {:.3g}\n",
-                       name, scale * found.sample.central_90_percent.lower,
-                       scale * found.sample.central_90_percent.upper, unit,
-                       scale * found.lower_interval.lower, scale * found.lower_interval.upper,
-                       scale * found.upper_interval.lower, scale * found.upper_interval.upper,
-                       scale * found.sample.mean, scale * found.sample.standard_deviation);
+    return fmt::format(
+        "    {:<14} {:.4g} … {:.4g} {}; mean {:.4g} (95 %: {:.4g} … {:.4g}), sd "
+        "{:.3g} ({:.3g} … {:.3g})\n",
+        name, scale * found.central_90_percent.lower, scale * found.central_90_percent.upper, unit,
+        scale * found.mean, scale * found.mean_interval.lower, scale * found.mean_interval.upper,
+        scale * found.standard_deviation, scale * found.standard_deviation_interval.lower,
+        scale * found.standard_deviation_interval.upper);
 }
 
 } // namespace
@@ -128,32 +110,23 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
                                            unit.text(fit::typical_noise(fit)), fit.noise_source));
     text += fmt::format("  reduced chi2 {:.3f} with the inputs free within their uncertainties\n",
                         calibration.fit.reduced_chi_squared);
-    text += verdict_lines(calibration) + check_lines(calibration);
+    text += verdict_lines(calibration);
     return text + (with_details
                        ? budget_text(calibration.budget, calibration.fit.parameters)
                        : largest_shares_text(calibration.budget, calibration.fit.parameters));
 }
 
-std::string calibration_table_head(bool is_checked) {
-    return fmt::format("{:<14} {:>18} {:>16} {:>18} {:>17} {:>8}  {}{}\n", "stem", "Y GPa", "beta",
-                       "b1 per cycle", "b2 Hz", "chi2/dof",
-                       is_checked ? fmt::format("{:>9} {:>9}  ", "b1 error", "b2 error") : "",
-                       "failed tests");
+std::string calibration_table_head() {
+    return fmt::format("{:<14} {:>18} {:>16} {:>18} {:>17} {:>8}  failed tests\n", "stem", "Y GPa",
+                       "beta", "b1 per cycle", "b2 Hz", "chi2/dof");
 }
 
-std::string calibration_table_line(const calibrate::Calibration& calibration, bool is_checked) {
-    std::string check;
-    if (is_checked)
-        check = calibration.check
-                    ? fmt::format("{:>+8.2f}% {:>+8.3f}%  ",
-                                  100.0 * calibration.check->decay_per_cycle.relative_error(),
-                                  100.0 * calibration.check->frequency.relative_error())
-                    : fmt::format("{:>9} {:>9}  ", "-", "-");
-    return fmt::format("{:<14} {:>18} {:>16} {:>18} {:>17} {:>8.4f}  {}{}\n", calibration.id,
+std::string calibration_table_line(const calibrate::Calibration& calibration) {
+    return fmt::format("{:<14} {:>18} {:>16} {:>18} {:>17} {:>8.4f}  {}\n", calibration.id,
                        plus_minus(estimate_of(calibration, physics::bond_youngs_modulus), 1e-9),
                        plus_minus(estimate_of(calibration, physics::bond_damping)),
                        plus_minus(calibration.decay_per_cycle), plus_minus(calibration.frequency),
-                       calibration.fit.reduced_chi_squared, check,
+                       calibration.fit.reduced_chi_squared,
                        calibration.verdict.finding == diagnose::Finding::Adequate
                            ? std::string("-")
                            : short_reason(calibration.verdict));

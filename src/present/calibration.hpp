@@ -55,10 +55,9 @@ struct CalibratedStem {
 /// Names the inputs whose default uncertainty applies; empty if there are none.
 [[nodiscard]] std::string defaults_sentence(const fit::UncertaintyBudget& budget);
 
-/// A table of stems: its head, and one line a stem. `is_checked`: with the errors of the check.
-[[nodiscard]] std::string calibration_table_head(bool is_checked);
-[[nodiscard]] std::string calibration_table_line(const calibrate::Calibration& calibration,
-                                                 bool is_checked);
+/// A table of stems: its head, and one line a stem.
+[[nodiscard]] std::string calibration_table_head();
+[[nodiscard]] std::string calibration_table_line(const calibrate::Calibration& calibration);
 
 /// Y and β by a study's regressions.
 [[nodiscard]] std::string study_calibration_text(const calibrate::StudyCalibration& found,

@@ -124,24 +124,6 @@ void describe_quality(To& to, const calibrate::Calibration& calibration,
     to("tests", verdict.tests);
 }
 
-/// The errors, and the resolution of the reading; an error below the resolution is not significant.
-template <class To>
-void describe_check(To& to, const calibrate::Calibration& calibration) {
-    to.when(!calibration.check, [&] { to("failure", calibration.check_failure); });
-    to.when(calibration.check, [&](const calibrate::CalibrationCheck& check) {
-        const calibrate::PairedMean& decay = check.decay_per_cycle;
-        const calibrate::PairedMean& frequency = check.frequency;
-        to("measured_b1_per_cycle", decay.measured);
-        to("simulated_b1_per_cycle", decay.simulated);
-        to("b1_error_percent", [&] { return 100.0 * decay.relative_error(); });
-        to("b1_resolution_percent", [&] { return 100.0 * decay.resolution(); });
-        to("measured_b2_hz", frequency.measured);
-        to("simulated_b2_hz", frequency.simulated);
-        to("b2_error_percent", [&] { return 100.0 * frequency.relative_error(); });
-        to("b2_resolution_percent", [&] { return 100.0 * frequency.resolution(); });
-    });
-}
-
 /// Y and β by a study's regressions, or why there are none.
 template <class To>
 void describe_study(To& to, const CalibratedStem& stem) {
@@ -194,8 +176,6 @@ void describe_calibration(To& to, const calibrate::Calibration& of, const std::s
     to.object("fit", [&] { describe_quality(to, of, part); });
     to.object("chain", [&] { describe_chain(to, part.model, law); });
     to("remarks", part.model.remarks);
-    to.when(of.check || !of.check_failure.empty(),
-            [&] { to.object("check", [&] { describe_check(to, of); }); });
 }
 
 } // namespace

@@ -44,19 +44,16 @@ class Calibrate(CulmTest):
         file.write_text("\n".join([lines[0], *still]) + "\n", "utf-8")
         return folder
 
-    def test_recovers_the_null_stem_with_check(self):
-        finished, result = self.calibrate(str(EXAMPLES / "T1-null"), "--check")
+    def test_recovers_the_null_stem(self):
+        finished, result = self.calibrate(str(EXAMPLES / "T1-null"))
         stem = result["stems"][0]
         modulus = stem["parameters"]["bond_youngs_modulus_pa"]
         self.assertAlmostEqual(modulus["value"] / TRUE_MODULUS, 1, delta=0.002)
         self.assertTrue(stem["fit"]["adequate"])
         self.assertEqual(stem["fit"]["failed_tests"], [])
         self.assertRegex(stem["sentence"], r"^T1: Y = 2\.(39|40).* GPa, beta = 1.*No model deficiency")
-        self.assertLess(abs(stem["check"]["b1_error_percent"]), 2)
-        self.assertLess(abs(stem["check"]["b2_error_percent"]), 0.2)
         self.assertIsNone(result["population"])
         self.assertIn("No model deficiency detectable in this recording.", finished.stdout)
-        self.assertIn("check: Eq. 1 fitted to the simulated stem", finished.stdout)
 
     def test_fits_the_effects_of_a_rig_to_all_its_stems(self):
         drag = TESTS / "data" / "hidden-effect" / "T2-quadratic_drag"

@@ -35,7 +35,7 @@ class Report(CulmTest):
         stem = str(DATA / "measurements" / "T1-null")
         for arguments in (("run", "quick.toml", "-o", "all", "-q"),
                           ("fit", stem, "-o", "all/fit"),
-                          ("calibrate", stem, "-o", "all/calibration", "--check"),
+                          ("calibrate", stem, "-o", "all/calibration"),
                           ("compare", recording, "--with", "quadratic_drag", "-o", "all/comparison"),
                           ("diagnose", recording, "--candidates", "quadratic_drag,taper", "-q",
                            "-o", "all/diagnosis")):

@@ -99,7 +99,7 @@ class NextCommand(CulmTest):
         self.assertEqual(self.next_of("calibrate", STEMS, *QUICKLY), f"culm calibrate {STEMS} {options} "
                          "--json calibration.json && culm export lammps calibration.json")
         self.assertEqual(self.next_of("compare", NULL, *QUICKLY),
-                         f"culm calibrate {NULL} {options} --check")
+                         f"culm calibrate {NULL} {options}")
         self.assertEqual(self.next_of("compare", DRAG, *QUICKLY), f"culm diagnose {DRAG} {options}")
 
 

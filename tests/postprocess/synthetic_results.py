@@ -55,23 +55,18 @@ def backbone(*points):
 
 
 def where(predicted, decay):
-    third = {"amplitude": 0.1, "amplitude_stderr": 0.01, "lag_rad": 0.0, "lag_stderr_rad": 0.01,
-             "rest_mm": 0.0, "rest_stderr_mm": 0.01, "measured_over_noise": 100.0,
-             "modelled_over_noise": 90.0}
     return {
         "by_height": [group(height_mm=height) for height in HEIGHTS_MM],
         "by_time": [group(begin_s=0.1 * k, end_s=0.1 * (k + 1)) for k in range(3)],
         "spectrum": {"frequency_hz": [0.0, 20.0, 40.0, 60.0],
                      "power_over_noise": [1.0, None, 3.0, 40.0], "mode_frequencies_hz": [60.0],
-                     "bands": []},
+                     "mode_shares": [1.0]},
         "backbone": {"measured": backbone((10.0, 0.03), (3.0, 0.02)),
                      "modelled": backbone((10.0, -decay / 6.3))},
         "banding": {"heights": [{"height_mm": 50.0, "measured": estimate(-0.2),
                                  "modelled": estimate(decay)},
                                 {"height_mm": 100.0, "measured": None, "modelled": None}],
                     "measured": None, "modelled": None},
-        "structure": {"thirds": [third] * 3, "shares": {
-            "amplitude": 1.0, "phase": 0.0, "rest": 0.0, "other_motion": 0.0, "other_shape": 0.0}},
         "residual_map": {"time_s": TIME.tolist(), "height_mm": list(HEIGHTS_MM),
                          "residual_mm": rows(MEASURED - predicted)},
     }
@@ -235,9 +230,6 @@ def calibrated(name, adequate=True):
                   "bond_inner_diameter_m": 0.0, "poissons_ratio": 0.3, "added_masses": [],
                   "effects": []},
         "remarks": ["a remark"],
-        "check": {f"{side}_{key}": value for side in ("measured", "simulated")
-                  for key, value in (("b1_per_cycle", -0.2), ("b2_hz", 60.0))}
-        | {f"{key}_{kind}_percent": 0.1 for key in ("b1", "b2") for kind in ("error", "resolution")},
     }
 
 
@@ -251,8 +243,7 @@ def sample(mean, deviation):
 
 
 def calibration(names=("S1", "S2")):
-    spread = {**sample(1.0, 0.1), "central_90_percent_lower_interval": [0.8, 0.95],
-              "central_90_percent_upper_interval": [1.05, 1.2]}
+    spread = sample(1.0, 0.1)
     population = {"stems": len(names), "failed": 1, "something_missing": 0,
                   **{key: spread for key in ("bond_youngs_modulus_pa", "bond_damping",
                                              "b1_per_cycle", "b2_hz")}}

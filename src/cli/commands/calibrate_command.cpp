@@ -37,8 +37,6 @@ struct CalibrateArguments : RecordingArguments {
     std::string via;
     std::string effects;
     bool is_each_alone = false;
-    bool with_check = false;
-    std::string check_integrator = "implicit";
 };
 
 /// The inputs, which are read and checked before the first fit; identical on every rank.
@@ -74,9 +72,6 @@ CalibrationPlan plan_of(const CalibrateArguments& arguments) {
     plan.options.fit.window = arguments.window_s;
     if (!arguments.effects.empty())
         plan.options.effects = study::effects_from(arguments.effects);
-    plan.options.with_check = arguments.with_check;
-    if (arguments.check_integrator == "arkode")
-        plan.options.check_method = run::IntegrationMethod::Sundials;
     if (!arguments.via.empty())
         plan.study = study_for_calibration(arguments.via);
     for (const measure::Measurement& measurement : plan.read.measurements)
@@ -125,7 +120,7 @@ void calibrate_chain(const CalibrationPlan& plan, std::size_t index,
         calibrate::Calibration found = calibrate::calibrate_stem(measurement, options);
         calibrate::add_shared_uncertainty(plan.shared, measurement, found);
         answer.text = present::calibration_text(found, law, arguments.with_details);
-        answer.line = present::calibration_table_line(found, arguments.with_check);
+        answer.line = present::calibration_table_line(found);
         answer.numbers = calibrate::numbers_of(found);
         if (!arguments.output.empty())
             core::write_text(fs::path(arguments.output) / "predictions" /
@@ -228,13 +223,12 @@ present::CalibrationDocument document_of(const CalibrateArguments& arguments,
 }
 
 /// One stem as some lines; several as a table, followed by the population.
-std::string calibrations_text(const CalibrateArguments& arguments, const CalibrationPlan& plan,
-                              const std::vector<StemAnswer>& answers,
+std::string calibrations_text(const CalibrationPlan& plan, const std::vector<StemAnswer>& answers,
                               const std::optional<calibrate::Population>& population) {
     if (answers.size() == 1)
         return answers.front().text + (answers.front().numbers ? answers.front().by_study : "");
-    std::string text = present::rig_effects_text(plan.shared.effects) +
-                       present::calibration_table_head(arguments.with_check);
+    std::string text =
+        present::rig_effects_text(plan.shared.effects) + present::calibration_table_head();
     for (const StemAnswer& answer : answers)
         text += answer.line;
     text += "(± is half of the 95 % interval)\n";
@@ -287,7 +281,7 @@ core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan
         present::calibration_json(document_of(arguments, plan, answers, population, provenance));
     write_results(arguments, plan.read.measurements, "calibration.json", document);
     if (arguments.prints_text())
-        fmt::print("{}{}", calibrations_text(arguments, plan, answers, population),
+        fmt::print("{}{}", calibrations_text(plan, answers, population),
                    next_step(arguments, next_command(arguments, plan, answers)));
     const bool all_calibrated =
         std::ranges::all_of(answers, [](const auto& answer) { return answer.numbers.has_value(); });
@@ -352,14 +346,6 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
 void add_calibration_options(CLI::App& command, CalibrateArguments& arguments) {
     add_option(command, "--via", arguments.via, "STUDY_DIR",
                "Also calibrate by this study's regressions (Eqs. 12-13 and F-test terms)");
-    CLI::Option* check = command.add_flag(
-        "--check", arguments.with_check,
-        "Simulate the calibrated stem and compare its b1 and b2 with the measured ones");
-    command
-        .add_option("--check-integrator", arguments.check_integrator,
-                    "Integrator of --check: implicit (the fit's own), or arkode of SUNDIALS")
-        ->check(CLI::IsMember({"implicit", "arkode"}))
-        ->needs(check);
     command
         .add_option(
             "--with", arguments.effects,

@@ -82,7 +82,7 @@ std::string next_command(const CompareArguments& arguments, const fs::path& fold
     return "culm calibrate" + place +
            (effects.empty() ? std::string()
                             : " --with" + as_words({fmt::format("{}", fmt::join(effects, ","))})) +
-           chain_words(arguments) + " --check";
+           chain_words(arguments);
 }
 
 /// One measurement, on one rank.
