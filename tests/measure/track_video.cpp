@@ -160,40 +160,6 @@ TEST(TrackedVideo, FindsReleaseFrequencyAndNoise) {
     EXPECT_LT(track.measurement.times.front(), 0.0);
 }
 
-/// Five positions on a stem that is held for 60 frames and released. Their errors are independent
-/// autoregressive processes with the given correlation.
-AxisRecord held_and_released(double correlation) {
-    std::mt19937_64 random(3);
-    std::normal_distribution<double> normal(0.0, 0.03);
-    AxisRecord record;
-    record.places = {20.0, 40.0, 60.0, 80.0, 100.0};
-    std::array<double, 5> error{};
-    for (int k = 0; k < 300; ++k) {
-        record.numbers.push_back(k);
-        record.times.push_back(k);
-        const double since = std::max(0.0, k - 59.5);
-        for (std::size_t h = 0; h < error.size(); ++h) {
-            error[h] = correlation * error[h] +
-                       std::sqrt(1.0 - correlation * correlation) * normal(random);
-            record.columns.push_back(50.0 +
-                                     0.3 * record.places[h] * std::exp(-0.002 * since) *
-                                         std::cos(2.0 * std::numbers::pi * since / 13.7) +
-                                     error[h]);
-        }
-    }
-    return record;
-}
-
-TEST(RingDownWindow, EstimatesTheCorrelationOfTheErrorsFromStillFrames) {
-    const auto told = [](double correlation) {
-        return find_ring_down(held_and_released(correlation),
-                              {.source = "v", .length = 100.0, .release_frame = {}})
-            .noise_correlation.value_or(-1.0);
-    };
-    EXPECT_EQ(told(0.0), 0.0);
-    EXPECT_NEAR(told(0.7), 0.7, 0.15);
-}
-
 TEST(TrackedVideo, FollowsADarkStem) {
     RenderedVideo video;
     video.background = 190.0;

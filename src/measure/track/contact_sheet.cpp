@@ -21,11 +21,8 @@ constexpr std::array<double, 3> axis_colour{60, 255, 60};
 constexpr std::array<double, 3> rest_colour{255, 200, 80};
 constexpr std::array<double, 3> clamp_colour{80, 80, 255};
 constexpr std::array<double, 3> text_colour{235, 235, 235};
-constexpr std::array<double, 3> paper_colour{30, 30, 30};
 constexpr int columns = 8;
 constexpr int rows = 2;
-constexpr int plot_height = 320;
-constexpr int margin = 60;
 // Drawing coordinates in sixteenths of a pixel.
 constexpr int shift_bits = 4;
 
@@ -83,50 +80,6 @@ cv::Mat paint_frame(const FrameImage& frame, std::size_t k, const Track& track,
     return picture;
 }
 
-/// Deflections over time, one line per height, from blue (low) to red (high).
-cv::Mat paint_histories(const Measurement& measurement, int width) {
-    cv::Mat plot(plot_height, width, CV_8UC3, ink(paper_colour));
-    double largest = 0.0;
-    for (const double value : measurement.deflections)
-        if (std::abs(value) > largest)
-            largest = std::abs(value);
-    largest = std::max(largest, 1e-9);
-    const double first = measurement.times.front();
-    const double span = std::max(1e-9, measurement.times.back() - first);
-    const auto x_of = [&](double time) {
-        return margin + (time - first) / span * (width - 2 * margin);
-    };
-    const auto y_of = [&](double value) {
-        return 0.5 * plot_height - value / largest * (0.5 * plot_height - 40.0);
-    };
-    const auto line = [&](double x1, double y1, double x2, double y2, const cv::Scalar& colour) {
-        cv::line(plot, fine_point(x1, y1), fine_point(x2, y2), colour, 1, cv::LINE_AA, shift_bits);
-    };
-    line(margin, y_of(0.0), width - margin, y_of(0.0), {110, 110, 110});
-    line(x_of(0.0), 30, x_of(0.0), plot_height - 30, {110, 110, 110});
-    for (std::size_t h = 0; h < measurement.heights.size(); ++h) {
-        const double part =
-            double(h) / double(std::max<std::size_t>(1, measurement.heights.size() - 1));
-        const cv::Scalar colour(255.0 * (1.0 - part) + 60.0 * part,
-                                170.0 - 80.0 * std::abs(2.0 * part - 1.0), 255.0 * part);
-        for (std::size_t k = 1; k < measurement.times.size(); ++k) {
-            const double before = measurement.deflection(k - 1, h);
-            const double now = measurement.deflection(k, h);
-            if (!std::isnan(before) && !std::isnan(now))
-                line(x_of(measurement.times[k - 1]), y_of(before), x_of(measurement.times[k]),
-                     y_of(now), colour);
-        }
-    }
-    write_text(plot,
-               fmt::format("{}: deflection at {} heights, {:.4g} ... {:.4g} mm above the clamp; "
-                           "full scale +-{:.3g} mm; {:.4g} ... {:.4g} s, vertical line: release",
-                           measurement.stem.id, measurement.heights.size(),
-                           measurement.heights.front() * 1e3, measurement.heights.back() * 1e3,
-                           largest * 1e3, first, measurement.times.back()),
-               {margin, 20});
-    return plot;
-}
-
 /// Frames of the sheet: two before the release, six of the first swing, the others evenly spaced.
 std::vector<std::size_t> frames_of_sheet(const Track& track) {
     constexpr std::size_t count = std::size_t(columns) * std::size_t(rows);
@@ -180,13 +133,10 @@ void write_contact_sheet(const std::filesystem::path& file, const Track& track) 
                     tiles[k] = tile;
         });
     const cv::Size tile = tiles.front().size();
-    cv::Mat sheet(rows * tile.height + plot_height, columns * tile.width, CV_8UC3,
-                  ink(paper_colour));
+    cv::Mat sheet(rows * tile.height, columns * tile.width, CV_8UC3);
     for (int k = 0; k < columns * rows; ++k)
         tiles[std::size_t(k)].copyTo(
             sheet(cv::Rect({k % columns * tile.width, k / columns * tile.height}, tile)));
-    paint_histories(track.measurement, sheet.cols)
-        .copyTo(sheet(cv::Rect(0, rows * tile.height, sheet.cols, plot_height)));
     bool is_written = false;
     try {
         is_written = cv::imwrite(file.string(), sheet);

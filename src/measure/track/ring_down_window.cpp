@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 
-#include <Eigen/Core>
 #include <fmt/core.h>
 
 namespace culm::measure {
@@ -88,36 +87,6 @@ std::vector<double> spread(const AxisRecord& record, std::size_t begin, std::siz
     return result;
 }
 
-/// Correlation between readings in consecutive frames over frames begin … end − 1, in which the
-/// stem is still. Corrected for the mean of n frames, −(1 + 3r)/n (Kendall 1954); 0 if below two
-/// standard deviations. Locations with common errors count as fewer.
-std::optional<double> correlation_while_still(const AxisRecord& record, std::size_t begin,
-                                              std::size_t end) {
-    const auto frames = static_cast<Eigen::Index>(end - begin);
-    Eigen::MatrixXd errors(frames, static_cast<Eigen::Index>(record.places.size()));
-    Eigen::Index places = 0;
-    for (std::size_t h = 0; h < record.places.size(); ++h) {
-        for (Eigen::Index k = 0; k < frames; ++k)
-            errors(k, places) = record.at(begin + static_cast<std::size_t>(k), h);
-        errors.col(places).array() -= errors.col(places).mean();
-        places += errors.col(places).allFinite() ? 1 : 0;
-    }
-    errors.conservativeResize(frames, places);
-    const double sum = errors.squaredNorm();
-    if (frames < 8 || sum <= 0.0)
-        return std::nullopt;
-    const auto n = static_cast<double>(frames);
-    const double product =
-        errors.topRows(frames - 1).cwiseProduct(errors.bottomRows(frames - 1)).sum();
-    const double correlation = (n * (product / (n - 1.0)) / (sum / n) + 1.0) / (n - 3.0);
-    // For p independent locations tr S²/(tr S)² is 1/p, plus 1/(n − 1) for a sample of n frames.
-    const double shared = (errors.transpose() * errors).squaredNorm() / (sum * sum);
-    const double share = std::max(shared - 1.0 / (n - 1.0), 1.0 / static_cast<double>(places));
-    const double deviation = n / (n - 3.0) * std::sqrt(share / (n - 1.0));
-    return correlation > 2.0 * deviation ? std::min(0.99, std::round(100.0 * correlation) / 100.0)
-                                         : 0.0;
-}
-
 /// Standard deviations from few frames are inaccurate: each variance is averaged with that of all
 /// locations, which has the weight of 20 frames.
 void draw_together(std::vector<double>& deviations, std::size_t frames) {
@@ -156,20 +125,13 @@ void find_noise(RingDownWindow& window, const AxisRecord& record) {
         window.noise = spread(record, begin, end);
         draw_together(window.noise, held);
         window.noise_source = fmt::format("{} frames before the release", held);
-        window.noise_correlation = correlation_while_still(record, begin, end);
     } else if (at_rest >= fewest_still_frames) {
         window.noise = spread(record, *window.rest_begin, count);
         // A good tracker still resolves the last of the swing, which is not noise.
         const std::vector<double> about_swing =
             spread_about_swing(window, record, *window.rest_begin);
-        // The last of the swing would also appear as a correlation.
-        double excess = 0.0;
-        for (std::size_t h = 0; h < window.noise.size(); ++h) {
-            excess = std::fmax(excess, window.noise[h] / about_swing[h]);
+        for (std::size_t h = 0; h < window.noise.size(); ++h)
             window.noise[h] = std::fmin(window.noise[h], about_swing[h]);
-        }
-        if (excess < 1.2)
-            window.noise_correlation = correlation_while_still(record, *window.rest_begin, count);
         draw_together(window.noise, at_rest);
         window.noise_source = fmt::format("{} frames after rest", at_rest);
     }

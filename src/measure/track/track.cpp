@@ -215,7 +215,6 @@ void fill_measurement(Track& track) {
         measurement.noise_by_height.push_back(
             noise > 0.0 ? std::max(1e-8, rounded_length(noise * scale)) : *measurement.noise);
     measurement.noise_source = window.noise_source;
-    measurement.noise_correlation = window.noise_correlation;
     measurement.reading_uncertainties = reading_uncertainties(track);
     if (!measurement.uncertainties.row)
         measurement.uncertainties.row = rounded_length(row_uncertainty_px * scale);

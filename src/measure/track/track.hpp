@@ -122,9 +122,6 @@ struct RingDownWindow {
     std::size_t watched = 0;   ///< the place
     std::vector<double> noise; ///< (places) standard deviation of a reading, pixels; NaN unknown
     std::string noise_source;  ///< from which frames
-    /// Correlation between the errors of a reading in consecutive frames of a still stem; 0 if it
-    /// may be chance, empty if there are too few such frames.
-    std::optional<double> noise_correlation;
     /// (locations) standard deviation of a reading about one damped sine in the last cycles,
     /// pixels. It includes errors that a still stem does not have. NaN if unknown.
     std::vector<double> moving_noise;

@@ -127,7 +127,6 @@ void describe_window(To& to, const Track& track) {
                            track.rows.numbers[track.last_kept]};
     });
     to("noise_source", window.noise_source);
-    to("noise_correlation", window.noise_correlation);
     const auto noise_at = [&](const std::vector<double>& noise, std::size_t h) {
         return h < noise.size() ? noise[h] * scale : std::nan("");
     };
@@ -226,12 +225,9 @@ std::string summary_text(const Track& track) {
                         measurement.heights.front() * 1e3, measurement.heights.back() * 1e3,
                         100.0 * seen_fraction(measurement));
     if (measurement.noise)
-        text += fmt::format(
-            "    noise    {:.4f} mm ({:.3f} px), from {}{}\n", *measurement.noise * 1e3,
-            *measurement.noise * 1e3 / scale_mm, measurement.noise_source,
-            window.noise_correlation
-                ? fmt::format("; correlation from frame to frame {:.2g}", *window.noise_correlation)
-                : "");
+        text +=
+            fmt::format("    noise    {:.4f} mm ({:.3f} px), from {}\n", *measurement.noise * 1e3,
+                        *measurement.noise * 1e3 / scale_mm, measurement.noise_source);
     for (const std::string& remark : track.remarks)
         text += fmt::format("    note: {}\n", remark);
     return text + assumed_text(track);
