@@ -46,10 +46,14 @@ enum class Release {
 
 /// A higher mode that is superposed on the motion of the chain (fit/chain/higher_modes.hpp).
 struct HigherMode {
-    double deflection = 0.0;    ///< of the tip at the start of the record, m
-    double speed = 0.0;         ///< likewise, m/s
-    double log_frequency = 0.0; ///< of its frequency over that of the chain's mode
-    double log_loss = 0.0;      ///< likewise of its decay rate
+    double deflection = 0.0;     ///< of the tip at the start of the record, m
+    double speed = 0.0;          ///< likewise, m/s
+    double log_frequency = 0.0;  ///< of its frequency over that of the chain's mode
+    double softening = 0.0;      ///< relative fall of its frequency at the start of the record
+    double log_loss = 0.0;       ///< of its decay rate over the recorded one
+    double loss_share = 0.0;     ///< of its decay rate at the start that falls with mode 1, 0 … 1
+    double recorded_decay = 0.0; ///< decay rate in the first cycles, 1/s, positive; not fitted
+    double first_decay = 0.0;    ///< decay rate of mode 1, 1/s, positive; likewise
 };
 
 struct CaseSpec {

@@ -24,26 +24,51 @@ using Complex = std::complex<double>;
 constexpr double visible_share = 0.4; ///< of the frame rate
 constexpr double first_cycles = 8.0;
 constexpr double loss_uncertainty = std::numbers::ln2;
+constexpr double softening_uncertainty = 0.01;
+constexpr double share_uncertainty = 0.5;
 constexpr double small_change = 1e-5; ///< for derivatives of the chain's modes
 
-/// −δ + iω of the chain's mode number `mode`, counted from 0; 0 if it does not vibrate.
-Complex chain_rate(const std::vector<integrate::VibrationMode>& modes, std::size_t mode) {
-    return mode < modes.size()
-               ? Complex(modes[mode].decay_rate, 2.0 * std::numbers::pi * modes[mode].frequency)
-               : Complex(0.0);
+/// Angular frequency of the chain's mode number `mode`, counted from 0; 0 if it does not vibrate.
+double chain_frequency(const std::vector<integrate::VibrationMode>& modes, std::size_t mode) {
+    return mode < modes.size() ? 2.0 * std::numbers::pi * modes[mode].frequency : 0.0;
 }
 
-/// s, and B at time 0.
-struct Motion {
-    Complex rate;
-    Complex amplitude;
+/// A mode of a chain with this angular frequency.
+class Motion {
+  public:
+    Motion(const run::HigherMode& mode, double chain_frequency)
+        : mode_(mode), loss_(mode.recorded_decay * std::exp(mode.log_loss)),
+          frequency_(chain_frequency * std::exp(mode.log_frequency)) {
+        const Complex rate = rate_at(0.0);
+        amplitude_ = {mode.deflection, (rate.real() * mode.deflection - mode.speed) / rate.imag()};
+    }
+
+    /// Deflection of the tip at a time ≥ 0, or its derivative of this order.
+    [[nodiscard]] double at(double time, int order) const {
+        // ∫ e^(−γt) dt
+        const double swing = mode_.first_decay > 0.0
+                                 ? -std::expm1(-mode_.first_decay * time) / mode_.first_decay
+                                 : time;
+        Complex motion =
+            amplitude_ * std::exp(Complex(-loss_ * (time + mode_.loss_share * (swing - time)),
+                                          frequency_ * (time - mode_.softening * swing)));
+        for (int k = 0; k < order; ++k)
+            motion *= rate_at(time);
+        return motion.real();
+    }
+
+  private:
+    [[nodiscard]] Complex rate_at(double time) const {
+        const double swing = std::exp(-mode_.first_decay * time);
+        return {-loss_ * (1.0 + mode_.loss_share * (swing - 1.0)),
+                frequency_ * (1.0 - mode_.softening * swing)};
+    }
+
+    run::HigherMode mode_;
+    double loss_;      ///< 1/s
+    double frequency_; ///< 1/s
+    Complex amplitude_;
 };
-
-Motion motion_of(const run::HigherMode& mode, const Complex& chain) {
-    const Complex rate(chain.real() * std::exp(mode.log_loss),
-                       chain.imag() * std::exp(mode.log_frequency));
-    return {rate, {mode.deflection, (rate.real() * mode.deflection - mode.speed) / rate.imag()}};
-}
 
 /// Parameter of a mode: a member with its unit and the deviation within which it is known to be 0.
 FreeParameter parameter_of(std::size_t mode, const char* name, const char* unit, double within,
@@ -72,9 +97,10 @@ void set_start(const reduce::DampedMode& shown, const run::ShapedMode& shaped, d
     if (std::abs(per_tip) == 0.0)
         return;
     const Complex at_start = shown.amplitudes[row] / per_tip * std::exp(-rate * first_time);
-    mode = {at_start.real(), (rate * at_start).real(),
-            std::log(shown.rate.frequency / shaped.mode.frequency),
-            std::log(rate.real() / shaped.mode.decay_rate)};
+    mode.deflection = at_start.real();
+    mode.speed = (rate * at_start).real();
+    mode.log_frequency = std::log(shown.rate.frequency / shaped.mode.frequency);
+    mode.recorded_decay = -rate.real();
 }
 
 } // namespace
@@ -109,16 +135,22 @@ void add_higher_modes(const measure::Measurement& measurement, double loss_facto
              {std::tuple{"deflection", "m", pull, &Mode::deflection},
               {"speed", "m/s", speed, &Mode::speed},
               {"log_frequency", "", within, &Mode::log_frequency},
-              {"log_loss", "", loss_uncertainty, &Mode::log_loss}})
+              {"softening", "", softening_uncertainty, &Mode::softening},
+              {"log_loss", "", loss_uncertainty, &Mode::log_loss},
+              {"loss_share", "", share_uncertainty, &Mode::loss_share}})
             model.parameters.push_back(parameter_of(mode, name, unit, size, member));
+        model.parameters.back().lower = 0.0;
+        model.parameters.back().upper = 1.0;
+        Mode& own = model.spec.higher_modes[mode - 1];
+        own.recorded_decay = -chain[mode].mode.decay_rate;
+        own.first_decay = -chain.front().mode.decay_rate;
         // The shown mode that is nearest.
         const reduce::DampedMode* nearest = nullptr;
         for (std::size_t k = 1; shown && k < shown->modes.size(); ++k)
             if (std::abs(std::log(shown->modes[k].rate.frequency / frequency)) < 0.2)
                 nearest = &shown->modes[k];
         if (nearest != nullptr)
-            set_start(*nearest, chain[mode], early.times.front(), measurement,
-                      model.spec.higher_modes[mode - 1]);
+            set_start(*nearest, chain[mode], early.times.front(), measurement, own);
     }
     for (FreeParameter& parameter : model.parameters)
         if (physics::is_of_higher_mode(parameter.access.id))
@@ -144,7 +176,7 @@ void superpose_higher_modes(const StemModel& model, std::span<const double> time
                                 const std::vector<integrate::VibrationMode>& its) {
         std::vector<Motion> motions;
         for (std::size_t k = 1; k < chain.size(); ++k)
-            motions.push_back(motion_of(of.higher_modes[k - 1], chain_rate(its, k)));
+            motions.emplace_back(of.higher_modes[k - 1], chain_frequency(its, k));
         return motions;
     };
     std::vector<Changed> changes;
@@ -162,28 +194,18 @@ void superpose_higher_modes(const StemModel& model, std::span<const double> time
                            to_coordinate(parameter.fitted_as, value + small_change * size) -
                                to_coordinate(parameter.fitted_as, value)});
     }
-    // Reading per amplitude: the shape and the derivatives by time that a row reads.
-    const auto factor_of = [&](const Motion& motion, std::size_t k, std::size_t j) {
-        const int order = spec.sensors.empty() ? 0 : spec.sensors[j].time_derivatives();
-        return chain[k + 1].reading[j] * std::pow(motion.rate, order);
-    };
     const std::vector<Motion> here = motions_of(spec, modes);
     for (std::size_t k = 0; k < here.size(); ++k)
         for (std::size_t j = 0; j < prediction.rows; ++j) {
-            const Complex factor = factor_of(here[k], k, j) * here[k].amplitude;
-            std::vector<Complex> factors; // (changes)
-            for (const Changed& each : changes)
-                factors.push_back(factor_of(each.motions[k], k, j) * each.motions[k].amplitude);
+            const int order = spec.sensors.empty() ? 0 : spec.sensors[j].time_derivatives();
+            const double shape = chain[k + 1].reading[j];
             for (std::size_t i = 0; i < times.size(); ++i) {
                 const std::size_t at = i * prediction.rows + j;
-                const double reading = (factor * std::exp(here[k].rate * times[i])).real();
+                const double reading = shape * here[k].at(times[i], order);
                 prediction.readings[at] += reading;
-                for (std::size_t c = 0; c < changes.size(); ++c) {
-                    const double moved =
-                        (factors[c] * std::exp(changes[c].motions[k].rate * times[i])).real();
-                    prediction.jacobian[at * prediction.parameters + changes[c].parameter] +=
-                        (moved - reading) / changes[c].change;
-                }
+                for (const Changed& each : changes)
+                    prediction.jacobian[at * prediction.parameters + each.parameter] +=
+                        (shape * each.motions[k].at(times[i], order) - reading) / each.change;
             }
         }
 }

@@ -7,17 +7,22 @@
 // is released in its first mode alone, and its linear modes k = 2, 3 are superposed on its
 // readings:
 //
-//     y_j(t) = φ_jk Re[B s^n e^(st)],   s = −δ e^μ + i ω e^λ,   B = a − i (v + δ e^μ a)/(ω e^λ),
+//     y_j(t) = φ_jk Re[B s(t)^n e^(∫s dt)],   B = a − i (v − Re s(0) a)/Im s(0),
+//     s(t) = −d e^μ (1 − ρ + ρ e^(−γt)) + i ω e^λ (1 − σ e^(−γt)),
 //
-// with δ and ω of the chain's mode, its reading φ_jk per deflection of the tip at the height j, the
-// order n of the reading's time derivative, and four numbers for each recording and mode: the
-// deflection a and the speed v at time 0, and λ and μ, which are known to be zero within
+// with ω of the chain's mode, its reading φ_jk per deflection of the tip at the height j, the order
+// n of the reading's time derivative, the decay rates d of the mode in the first cycles and γ of
+// mode 1 as they were recorded, and six numbers for each recording and mode: the deflection a and
+// the speed v at time 0, and λ, σ, μ and ρ, which are known to be zero within
 //
-//     u(λ) = (2/π) η ln(f_k/f₁),  at least the chain's own error, and  u(μ) = ln 2
+//     u(λ) = (2/π) η ln(f_k/f₁),  at least the chain's own error (second_mode.hpp),
+//     u(σ) = 0.01,  u(μ) = ln 2,  u(ρ) = 0.5, 0 ≤ ρ ≤ 1.
 //
-// (second_mode.hpp): the frequency remains a reading of the chain.
+// The frequency remains a reading of the chain; the loss is none, because air and material damp
+// each mode by another law. What depends on the amplitude of the swing follows its decay.
 //
-// Traps. The modes are those of small motions: drag and slip that couple the modes change μ only.
+// Traps. A loss in proportion to that of the chain bends the valley of the fit: β and e^μ then
+// compensate each other. e^(−γt) is the amplitude of mode 1 only if that decays exponentially.
 #pragma once
 
 #include "fit/chain/prediction.hpp"
