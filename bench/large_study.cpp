@@ -117,7 +117,7 @@ void measure(std::int64_t points, const fs::path& scratch) {
           [&] { return study::merge_folders({folder}, copy, {}).completed; });
     const study::ArchivedStudy archived =
         timed("open the archive with its design", [&] { return study::open_archive(folder); });
-    timed("regressions, spread, sensitivity",
+    timed("regressions, spread, shares of the variance",
           [&] { return study::reduce_study(archived, std::nullopt).completed; });
     print_sizes(study, folder);
 }

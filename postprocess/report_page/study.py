@@ -67,7 +67,7 @@ def add_vibrations(section: Section, study: Study):
     add_picker(section, study, points)
     _add_maps(section, study, points)
     add_population(section, study)
-    add_sensitivity(section, study)
+    add_variance_shares(section, study)
 
 
 class _Response:
@@ -259,44 +259,39 @@ def add_population(section: Section, study: Study):
                       table(["quantity", "unit", "mean", "sd", "5 %", "median", "95 %"], rows))
 
 
-def add_sensitivity(section: Section, study: Study):
-    """Sobol indices of b1 and b2 (docs/replicates.md), where the summary has them."""
-    found = study.summary.get("sensitivity")
-    if not isinstance(found, dict) or not any(name in found for name in ANSWERS):
+def add_variance_shares(section: Section, study: Study):
+    """Shares of the variance of b1 and b2 (docs/replicates.md), where the summary has them."""
+    found = study.summary.get("variance_shares")
+    if not isinstance(found, dict):
         return
     plots, rows = [], []
     for name, label in ANSWERS.items():
         entry = found.get(name)
-        if not isinstance(entry, dict) or "indices" not in entry:
+        if not isinstance(entry, dict) or entry["rest"]["value"] is None:
             continue
-        groups = [factor_name(index["group"]) for index in entry["indices"]]
-        traces = []
-        for member, title, colour in (("first_order", "alone", BLUE),
-                                      ("total", "with interactions", ORANGE)):
-            values = [100.0 * index[member]["value"] for index in entry["indices"]]
-            ends = [index[member]["interval"] for index in entry["indices"]]
-            trace = {"type": "bar", "orientation": "h", "name": title, "x": values,
-                     "y": [group for group in groups], "marker": {"color": colour},
-                     "hoverinfo": "x+y",
-                     "error_x": {"type": "data", "symmetric": False, "thickness": 1,
-                                 "array": [100.0 * high - v for (_, high), v in zip(ends, values)],
-                                 "arrayminus": [v - 100.0 * low
-                                                for (low, _), v in zip(ends, values)]}}
-            traces.append(trace)
-            rows += [[label, group, title, f"{shown(value, 3)} %",
-                      f"{shown(100.0 * low, 3)} … {shown(100.0 * high, 3)} %"]
-                     for group, value, (low, high) in zip(groups, values, ends)]
-        plots.append(Plot(f"sensitivity-{name.replace('_', '-')}", f"Where the scatter of {label} "
-                          "comes from", f"Share of the variance of {label} by factor.", traces,
-                          layout(axis("share of the variance, %", rangemode="tozero"),
-                                 axis(type="category", autorange="reversed")),
-                          130 + 44 * len(groups)))
+        groups = [factor_name(share["group"]) for share in entry["shares"]] + ["rest"]
+        values = [100.0 * share["share"] for share in entry["shares"]]
+        values.append(100.0 * entry["rest"]["value"])
+        ends = [[100.0 * end for end in share["interval"]]
+                for share in [*entry["shares"], entry["rest"]]]
+        trace = {"type": "bar", "orientation": "h", "name": "share", "x": values, "y": groups,
+                 "marker": {"color": BLUE}, "hoverinfo": "x+y",
+                 "error_x": {"type": "data", "symmetric": False, "thickness": 1,
+                             "array": [high - v for (_, high), v in zip(ends, values)],
+                             "arrayminus": [v - low for (low, _), v in zip(ends, values)]}}
+        rows += [[label, group, f"{shown(value, 3)} %", f"{shown(low, 3)} … {shown(high, 3)} %"]
+                 for group, value, (low, high) in zip(groups, values, ends)]
+        plots.append(Plot(f"variance-shares-{name.replace('_', '-')}", f"Where the scatter of "
+                          f"{label} comes from", f"Share of the variance of {label} by factor.",
+                          [trace], layout(axis("share of the variance, %", rangemode="tozero"),
+                                          axis(type="category", autorange="reversed"),
+                                          legend=False), 130 + 44 * len(groups)))
     if plots:
         section.heading("Contributions of the factors to the scatter")
-        section.add_plots(plots, f"Share of the variance that each factor causes, alone and with its "
-                          f"interactions (Sobol indices by {found.get('method', 'the study')}); thin "
-                          "lines are 95 % intervals. The factor with the longest bar decides the scatter.",
-                          table(["of", "factor", "", "share", "95 %"], rows))
+        section.add_plots(plots, "Share of the variance that each factor explains by its linear and "
+                          "square term; the rest is interactions, higher powers and scatter. Thin "
+                          "lines are 95 % intervals. The longest bar decides the scatter.",
+                          table(["of", "factor", "share", "95 %"], rows))
 
 
 def title_of(study: Study, place: str) -> str:

@@ -29,10 +29,10 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
 
 namespace {
 
-/// Abbreviations and symbols of the literature for names of culm.
+/// Abbreviations, symbols of the literature and former names, for names of culm.
 constexpr std::pair<std::string_view, std::string_view> synonyms[] = {
     {"lhs", "latin_hypercube"}, {"beta", "bond_damping"}, {"damping", "bond_damping"},
-    {"cd", "drag_coefficient"}, {"verlet", "explicit"},
+    {"cd", "drag_coefficient"}, {"verlet", "explicit"},   {"correlation", "factors"},
 };
 
 /// Whether `name` is one or more of the words of `candidate`, which underscores separate.

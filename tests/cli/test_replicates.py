@@ -18,13 +18,10 @@ spheres = 8
 duration_s = 5e-3
 sample_interval_s = 2e-5
 [factors]
-bond_youngs_modulus_gpa = { distribution = "empirical", file = "stems.csv", column = "modulus", unit = "GPa" }
+bond_youngs_modulus_gpa = { distribution = "empirical", file = "stems.csv", column = "modulus", unit = "GPa", rows = "together" }
 bond_damping = { distribution = "normal", mean = 8, sd = 2, min = 2, max = 14, within_sd = 0.5 }
-density_kg_m3 = { distribution = "normal", mean = 125, sd = 10, min = 80, max = 170 }
+density_kg_m3 = { distribution = "empirical", file = "stems.csv", column = "density_kg_m3", rows = "together" }
 tip_deflection_mm = { distribution = "uniform", min = 0.5, max = 1.5, level = "test" }
-[correlation]
-factors = ["bond_damping", "density_kg_m3"]
-rank = [[1, 0.5], [0.5, 1]]
 [design]
 type = "latin_hypercube"
 points = 24
@@ -32,11 +29,13 @@ points = 24
 within = 3
 """
 
+STEMS = "id,modulus,density_kg_m3\na,1.0,120\nb,1.4,131\nc,2.2,118\nd,3.1,129\n"
+
 
 class Replicates(CulmTest):
     def setUp(self):
         super().setUp()
-        self.write("stems.csv", "id,modulus\na,1.0\nb,1.4\nc,2.2\nd,3.1\n")
+        self.write("stems.csv", STEMS)
         self.study = self.write("s.toml", POPULATION)
 
     def summary(self, folder: str) -> dict:
@@ -49,20 +48,20 @@ class Replicates(CulmTest):
         finished = self.culm("run", self.study, "-o", "out")
         self.assert_exit(finished, DONE)
         for text in ("Spread of 72 points", "sd between stems", "Where the spread comes from",
-                     "bond_damping, density_kg_m3 depend on each other"):
+                     "bond_youngs_modulus_gpa, density_kg_m3 depend on each other"):
             self.assertIn(text, finished.stdout)
         summary = self.summary("out")
         self.assertEqual(summary["population"]["frequency"]["count"], 72)
         components = summary["variance_components"]["decay_per_cycle"]
         self.assertEqual((components["stems"], components["tests"]), (24, 72))
         self.assertGreater(components["intraclass_correlation"]["value"], 0.5)
-        indices = {entry["group"]: entry for entry in
-                   summary["sensitivity"]["frequency"]["indices"]}
-        self.assertEqual(set(indices), {"bond_youngs_modulus_gpa", "bond_damping, density_kg_m3",
-                                        "tip_deflection_mm"})
+        stem = "bond_youngs_modulus_gpa, density_kg_m3"
+        found = summary["variance_shares"]["frequency"]
+        shares = {entry["group"]: entry["share"] for entry in found["shares"]}
+        self.assertEqual(set(shares), {stem, "bond_damping", "tip_deflection_mm"})
         # The frequency is proportional to the root of the modulus, which varies threefold.
-        self.assertGreater(indices["bond_youngs_modulus_gpa"]["first_order"]["value"], 0.8)
-        self.assertGreater(summary["sensitivity"]["frequency"]["predicted_share"], 0.99)
+        self.assertGreater(shares[stem], 0.8)
+        self.assertLess(found["rest"]["value"], 0.05)
 
     def test_show_stems_and_tests_in_the_plan(self):
         finished = self.culm("run", self.study, "--dry-run")
@@ -87,7 +86,7 @@ class Replicates(CulmTest):
         self.assertEqual(process.returncode, DONE, errors)
         self.assertEqual(self.fits("alone"), self.fits("ranks"))
         one, other = self.summary("alone"), self.summary("ranks")
-        for key in ("population", "variance_components", "sensitivity"):
+        for key in ("population", "variance_components", "variance_shares"):
             self.assertEqual(one[key], other[key])
 
     def test_are_reduced_from_the_archive_without_the_table(self):
@@ -99,7 +98,7 @@ class Replicates(CulmTest):
 
     def test_are_another_study_with_another_table(self):
         self.assert_exit(self.culm("run", self.study, "-o", "out", "-q"), DONE)
-        self.write("stems.csv", "id,modulus\na,1.0\nb,1.4\nc,2.2\nd,3.2\n")
+        self.write("stems.csv", STEMS.replace("3.1", "3.2"))
         refused = self.culm("run", self.study, "-o", "out", "--resume")
         self.assert_exit(refused, BAD_INPUT)
         self.assertIn("factors.bond_youngs_modulus_gpa", refused.stderr)

@@ -183,15 +183,17 @@ class OfAStudy(ReportTest):
         self.assertEqual(sum(page.drawings()["study-population-0"]["data"][0]["y"]), 40)
 
     def test_shows_the_contributions_of_the_factors_to_the_scatter(self):
-        share = {"value": 0.25, "interval": [0.2, 0.3]}
-        entry = {"indices": [{"group": "length_mm", "first_order": share, "total": share}]}
+        entry = {"shares": [{"group": "length_mm", "share": 0.25, "interval": [0.2, 0.3]}],
+                 "rest": {"value": 0.75, "interval": [0.7, 0.8]}}
         self.truth = Synthetic()
         self.truth.write(self.folder)
-        write_summary(self.folder, {**self.truth.summary(), "sensitivity": {
-            "frequency": entry, "decay_per_cycle": {"reason": "one point"}, "method": "chaos"}})
-        bar = self.page().drawings()["study-sensitivity-frequency"]["data"][0]
-        self.assertEqual((bar["x"], bar["y"]), ([25], ["length"]))
-        self.assertEqual(bar["error_x"]["arrayminus"], [5])
+        still = {"shares": [{"group": "length_mm", "share": None, "interval": [None, None]}],
+                 "rest": {"value": None, "interval": [None, None]}}
+        write_summary(self.folder, {**self.truth.summary(), "variance_shares": {
+            "frequency": entry, "decay_per_cycle": still, "method": "regression"}})
+        bar = self.page().drawings()["study-variance-shares-frequency"]["data"][0]
+        self.assertEqual((bar["x"], bar["y"]), ([25, 75], ["length", "rest"]))
+        np.testing.assert_allclose(bar["error_x"]["arrayminus"], [5, 5])
 
     def test_is_thinned_for_ten_thousand_points_and_says_so(self):
         page = self.page_of(dampings=tuple(np.linspace(25, 200, 100)),

@@ -57,7 +57,11 @@ TEST(Sobol, TheFirstPointsAreThePublishedOnes) {
                                        0.25,  0.75,  0.75,  //
                                        0.375, 0.375, 0.625, //
                                        0.875, 0.875, 0.125};
-    EXPECT_EQ(sobol_points(5, 3), expected);
+    std::vector<double> found;
+    for (const std::uint64_t digits : sobol_digits(6, 3))
+        found.push_back(open_unit_interval(digits));
+    found.erase(found.begin(), found.begin() + 3);
+    EXPECT_EQ(found, expected);
 }
 
 TEST(Sobol, RotationKeepsTheOpenUnitInterval) {

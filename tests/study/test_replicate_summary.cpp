@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The spread of a study's stems from given b1 and b2: components, indices, dependent factors.
+// The spread of a study's stems from given b1 and b2: components, shares, dependent factors.
 #include "present/study/study.hpp"
 #include "study/summary/summary.hpp"
 
@@ -36,7 +36,7 @@ const std::string population =
     "bond_damping = { distribution = \"normal\", mean = 120, sd = 30, min = 0, max = 240 }\n"
     "length_mm = { distribution = \"uniform\", min = 150, max = 162 }\n";
 
-TEST(ReplicateSummary, IndicesOfKnownLawsAreTheirClosedForms) {
+TEST(ReplicateSummary, SharesOfKnownLawsAreTheirClosedForms) {
     const Study study =
         study_of(population + "[design]\ntype = \"sobol\"\npoints = 256\nscrambling = \"owen\"\n");
     // b1 = −β/261 has one factor. ln Y has the variance ln(1 + 1/4), a uniform of 12 mm 12 mm².
@@ -44,31 +44,21 @@ TEST(ReplicateSummary, IndicesOfKnownLawsAreTheirClosedForms) {
     const auto b2 =
         values_of(study, [](auto row) { return 10.0 * std::log(row[0]) + 1000.0 * row[2]; });
     const auto summary = summarise_replicates(study, b1, b2);
-    ASSERT_TRUE(summary && summary->responses[0].sensitivity);
+    ASSERT_TRUE(summary && summary->responses[0].variance_shares);
     EXPECT_TRUE(summary->has_distributions);
-    const auto& of_decay = *summary->responses[0].sensitivity;
-    // The errors are rounding and the truncation at four standard deviations.
-    EXPECT_NEAR(of_decay.groups[1].first_order.value, 1.0, 1e-9);
-    EXPECT_NEAR(of_decay.standard_deviation, 30.0 / 261.0, 1e-3 * 30.0 / 261.0);
-    const auto& of_frequency = *summary->responses[1].sensitivity;
+    const auto& of_decay = summary->responses[0].variance_shares->shares;
+    ASSERT_EQ(of_decay.size(), 4U);
+    EXPECT_NEAR(of_decay[1].value, 1.0, 0.01);
+    const auto& of_frequency = summary->responses[1].variance_shares->shares;
     const double of_modulus = 100.0 * std::log1p(0.25);
     const double of_length = 12.0;
-    EXPECT_NEAR(of_frequency.groups[0].total.value, of_modulus / (of_modulus + of_length), 1e-6);
-    EXPECT_NEAR(of_frequency.groups[2].first_order.value, of_length / (of_modulus + of_length),
-                1e-6);
-    EXPECT_EQ(of_frequency.degree, 1) << "lognormal factors enter by their logarithms";
+    // The variances of a sample of 256 points, confined to four standard deviations.
+    EXPECT_NEAR(of_frequency[0].value, of_modulus / (of_modulus + of_length), 0.02);
+    EXPECT_NEAR(of_frequency[2].value, of_length / (of_modulus + of_length), 0.02);
+    EXPECT_NEAR(of_frequency[3].value, 0.0, 1e-9) << "lognormal factors enter by their logarithms";
 }
 
 TEST(ReplicateSummary, DependentFactorsAreOneGroup) {
-    const Study correlated = study_of(
-        population + "[design]\ntype = \"latin_hypercube\"\npoints = 200\n[correlation]\n"
-                     "factors = [\"bond_damping\", \"length_mm\"]\nrank = [[1, 0.5], [0.5, 1]]\n");
-    const auto b2 = values_of(correlated, [](auto row) { return row[1] + 5000.0 * row[2]; });
-    const auto summary = summarise_replicates(correlated, b2, b2);
-    ASSERT_TRUE(summary && summary->responses[1].sensitivity);
-    ASSERT_EQ(summary->groups.size(), 2U);
-    EXPECT_EQ(summary->groups[1].name, "bond_damping, length_mm");
-    EXPECT_NEAR(summary->responses[1].sensitivity->groups[1].first_order.value, 1.0, 1e-9);
     const Study rows = study_of("[factors]\n"
                                 "length_mm = { distribution = \"empirical\", file = \"stems.csv\", "
                                 "column = \"length_mm\", rows = \"together\" }\n"
@@ -78,10 +68,12 @@ TEST(ReplicateSummary, DependentFactorsAreOneGroup) {
                                 "[replicates]\nstems = 60\n");
     const auto y = values_of(rows, [](auto row) { return 1e5 * row[0] * row[1] + row[2]; });
     const auto found = summarise_replicates(rows, y, y);
-    ASSERT_TRUE(found && found->responses[0].sensitivity);
+    ASSERT_TRUE(found && found->responses[0].variance_shares);
     EXPECT_EQ(found->groups.size(), 2U);
-    // Three functions describe any law of four rows.
-    EXPECT_GT(found->responses[0].sensitivity->predicted_share, 1.0 - 1e-9);
+    EXPECT_EQ(found->groups[0].name, "length_mm, bond_diameter_mm");
+    // The constant, three columns for four rows of the table, and two of the damping.
+    EXPECT_EQ(found->responses[0].variance_shares->columns, 6);
+    EXPECT_NEAR(found->responses[0].variance_shares->shares.back().value, 0.0, 1e-9);
 }
 
 TEST(ReplicateSummary, TestsOfStemsGiveVarianceComponents) {
@@ -104,7 +96,7 @@ TEST(ReplicateSummary, TestsOfStemsGiveVarianceComponents) {
     EXPECT_GT(c.between.interval.upper, 900.0);
 }
 
-TEST(ReplicateSummary, GivesReasonsWithoutADistributionOrEnoughPoints) {
+TEST(ReplicateSummary, GivesReasonsWithoutEnoughPoints) {
     EXPECT_FALSE(
         summarise_replicates(study_of(""), std::vector<double>{1.0}, std::vector<double>{1.0}));
     const Study list = study_of("[design]\ntype = \"list\"\n[[design.point]]\nbond_damping = 1\n"
@@ -114,12 +106,17 @@ TEST(ReplicateSummary, GivesReasonsWithoutADistributionOrEnoughPoints) {
     StudySummary all;
     all.replicates = summary;
     const nlohmann::json out = summary_json(all);
-    EXPECT_EQ(out["sensitivity"]["reason"], "the points of a list have no distribution");
+    EXPECT_EQ(out["variance_shares"]["reason"], "2 points are too few for 2 columns");
     EXPECT_EQ(out["population"]["frequency"]["mean"], 1.5);
     EXPECT_FALSE(out.contains("variance_components"));
-    const Study few = study_of("[factors]\nbond_damping = [1, 2]\n");
-    EXPECT_EQ(summarise_replicates(few, y, y)->no_sensitivity_reason,
-              "2 points are too few for 1 inputs");
+    const Study grid = study_of("[factors]\nbond_damping = [1, 2, 3, 4, 5, 6]\n");
+    all.replicates = summarise_replicates(grid, std::vector<double>(6, 1.0),
+                                          std::vector<double>{1.0, 4.0, 9.0, 16.0, 25.0, 36.0});
+    const nlohmann::json shares = summary_json(all)["variance_shares"];
+    EXPECT_TRUE(shares["decay_per_cycle"]["rest"]["value"].is_null()) << "nothing varies";
+    EXPECT_EQ(shares["frequency"]["points"], 6);
+    EXPECT_EQ(shares["frequency"]["shares"][0]["group"], "bond_damping");
+    EXPECT_NEAR(shares["frequency"]["shares"][0]["share"].get<double>(), 1.0, 1e-9);
 }
 
 } // namespace

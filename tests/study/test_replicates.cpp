@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Populations of stems: measured columns, correlations, nested tests, scrambled designs.
+// Populations of stems: measured columns, nested tests, scrambled designs.
 #include "refused.hpp"
 #include "study/design/design.hpp"
 
@@ -29,17 +29,14 @@ std::string refusal_with_stems(const std::string& text) {
     return "accepted";
 }
 
-std::vector<double> column(const Design& design, std::size_t factor) {
-    std::vector<double> values;
-    for (std::int64_t point = 0; point < design.point_count(); ++point)
-        values.push_back(design.row(point)[factor]);
-    return values;
-}
-
 std::string measured(const std::string& key, const std::string& column, const std::string& more) {
     return key + " = { distribution = \"empirical\", file = \"stems.csv\", column = \"" + column +
            "\"" + more + " }\n";
 }
+
+const std::string two = "bond_diameter_mm = { distribution = \"normal\", mean = 2.6, sd = 0.2 }\n"
+                        "bond_wall_mm = { distribution = \"lognormal\", mean = 0.3, sd = 0.1, "
+                        "max = 1 }\n";
 
 TEST(EmpiricalFactor, RowsStayTogetherIfAsked) {
     for (const std::string design :
@@ -64,6 +61,11 @@ TEST(EmpiricalFactor, RowsStayTogetherIfAsked) {
             combinations.emplace(mixed.row(point)[0], mixed.row(point)[1]);
         EXPECT_GT(combinations.size(), 5U);
     }
+}
+
+TEST(EmpiricalFactor, RowsReplaceTheFormerTableOfCorrelations) {
+    EXPECT_EQ(refusal("[factors]\n" + two + "[correlation]\nrank = [[1, 0.7], [0.7, 1]]\n"),
+              "s.toml:4: correlation: unknown table (did you mean factors?)");
 }
 
 TEST(EmpiricalFactor, TheFileIsPartOfTheStudy) {
@@ -92,67 +94,6 @@ TEST(EmpiricalFactor, ReportsMistakes) {
                       "colum = \"d\" }\n")
                   .find("did you mean column?"),
               std::string::npos);
-}
-
-const std::string two = "bond_diameter_mm = { distribution = \"normal\", mean = 2.6, sd = 0.2 }\n"
-                        "bond_wall_mm = { distribution = \"lognormal\", mean = 0.3, sd = 0.1, "
-                        "max = 1 }\n";
-
-double correlation(const std::vector<double>& a, const std::vector<double>& b) {
-    const auto rank = [](const std::vector<double>& values) {
-        std::vector<double> ranks;
-        for (const double value : values)
-            ranks.push_back(static_cast<double>(
-                std::ranges::count_if(values, [&](double other) { return other < value; })));
-        return ranks;
-    };
-    const auto x = rank(a);
-    const auto y = rank(b);
-    double squares = 0.0;
-    for (std::size_t k = 0; k < x.size(); ++k)
-        squares += (x[k] - y[k]) * (x[k] - y[k]);
-    const auto n = static_cast<double>(x.size());
-    return 1.0 - 6.0 * squares / (n * (n * n - 1.0));
-}
-
-TEST(CorrelatedFactors, EveryDesignHasTheCorrelation) {
-    const std::string wanted = "[correlation]\nfactors = [\"bond_wall_mm\", \"bond_diameter_mm\"]\n"
-                               "rank = [[1, 0.7], [0.7, 1]]\n";
-    // The error for 500 drawn stems is 0.5/√500 = 0.02, times five; other designs have far less.
-    const std::pair<std::string, double> designs[] = {
-        {"[replicates]\nstems = 500\n", 0.11},
-        {"[design]\ntype = \"latin_hypercube\"\npoints = 500\n", 0.02},
-        {"[design]\ntype = \"sobol\"\npoints = 500\n", 0.02}};
-    for (const auto& [design, tolerance] : designs) {
-        const Design with = make_design(config_with_stems("[factors]\n" + two + design + wanted));
-        EXPECT_NEAR(correlation(column(with, 0), column(with, 1)), 0.7, tolerance) << design;
-        const Design without = make_design(config_with_stems("[factors]\n" + two + design));
-        EXPECT_NEAR(correlation(column(without, 0), column(without, 1)), 0.0, 0.2) << design;
-    }
-}
-
-TEST(CorrelatedFactors, ReportMistakes) {
-    const auto with = [](const std::string& text) {
-        return refusal("[factors]\n" + two + "bond_damping = [1, 2]\n[correlation]\n" + text);
-    };
-    EXPECT_EQ(
-        with("factors = [\"bond_diameter_mm\", \"bond_wal_mm\"]\nrank = [[1, 0], [0, 1]]\n"),
-        "s.toml:6: correlation.factors = [\"bond_diameter_mm\", \"bond_wal_mm\"]: bond_wal_mm "
-        "is not in [factors] (did you mean bond_wall_mm?)");
-    const std::string both = "factors = [\"bond_diameter_mm\", \"bond_wall_mm\"]\n";
-    EXPECT_EQ(
-        with(both + "rank = [[1, 0.5], [0.4, 1]]\n"),
-        "s.toml:7: correlation.rank = [[1, 0.5], [0.4, 1]]: must be symmetric: row 2 has 0.4, "
-        "row 1 has 0.5");
-    EXPECT_EQ(with(both + "rank = [[1, 0.5]]\n"),
-              "s.toml:7: correlation.rank = [[1, 0.5]]: must be 2 lists of 2 numbers, one for each "
-              "factor");
-    EXPECT_NE(with(both + "rank = [[1, 1], [1, 1]]\n").find("not positive definite"),
-              std::string::npos);
-    EXPECT_NE(with("factors = [\"bond_diameter_mm\", \"bond_damping\"]\nrank = [[1, 0], [0, 1]]\n")
-                  .find("bond_damping must be a distribution"),
-              std::string::npos);
-    EXPECT_NE(with(both).find("correlation.rank is missing"), std::string::npos);
 }
 
 const std::string nested =
@@ -246,16 +187,11 @@ TEST(NestedReplicates, EverySettingIsPartOfTheIdentity) {
             .identity();
     };
     const std::string tests = "[replicates]\nstems = 3\nwithin = 2\n";
-    const std::string pair = "[correlation]\nfactors = [\"bond_diameter_mm\", \"bond_wall_mm\"]\n";
     const std::set<std::string> identities{
-        identity("", ""),
-        identity(", level = \"test\"", tests),
-        identity(", within_sd = 0.1", tests),
-        identity(", within_sd = 0.2", tests),
-        identity(", within_sd = 0.2", "[replicates]\nstems = 2\nwithin = 3\n"),
-        identity("", pair + "rank = [[1, 0.5], [0.5, 1]]\n"),
-        identity("", pair + "rank = [[1, 0.4], [0.4, 1]]\n")};
-    EXPECT_EQ(identities.size(), 7U);
+        identity("", ""), identity(", level = \"test\"", tests),
+        identity(", within_sd = 0.1", tests), identity(", within_sd = 0.2", tests),
+        identity(", within_sd = 0.2", "[replicates]\nstems = 2\nwithin = 3\n")};
+    EXPECT_EQ(identities.size(), 5U);
 }
 
 TEST(WallDensity, GivesTheMassOfTheSection) {

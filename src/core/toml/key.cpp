@@ -38,8 +38,6 @@ std::string KeyDescription::allowed() const {
         return fmt::format("tables [[{}.{}]] with the same parameters in each", table, name);
     case ValueKind::WordList:
         return "a list of names";
-    case ValueKind::Matrix:
-        return "a square matrix [[…], …] of numbers in " + range.text();
     case ValueKind::NumberList:
         return "a list of numbers in " + with_unit(range.text(), unit);
     }

@@ -32,7 +32,7 @@
 
 namespace culm::core {
 
-enum class ValueKind { Text, Word, Number, WholeNumber, NumberList, WordList, Matrix, Tables };
+enum class ValueKind { Text, Word, Number, WholeNumber, NumberList, WordList, Tables };
 
 /// A key as text.
 struct KeyDescription {

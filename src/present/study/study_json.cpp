@@ -61,18 +61,19 @@ void describe_law(To& to, const reduce::RegressionOutcome& outcome, const char* 
 }
 
 template <class To>
-void describe_sensitivity(To& to, const reduce::Sensitivity& found, std::int64_t designed) {
-    to.when(!found.is_determined(), [&] {
-        to("reason", [&] {
-            return fmt::format("polynomials of the factors predict nothing at points that "
-                               "are left out of {}",
-                               found.points);
+void describe_shares(To& to, const reduce::VarianceShares& found,
+                     const std::vector<study::FactorGroup>& groups) {
+    to("points", found.points);
+    to("columns", found.columns, "of the regression");
+    to(
+        "rest", [&] { return found.shares.back(); }, "interactions, higher powers and scatter");
+    to.list(
+        "shares", [&] { return std::views::iota(std::size_t{0}, groups.size()); },
+        [&](std::size_t k) {
+            to("group", [&] { return groups[k].name; });
+            to("share", [&] { return found.shares[k].value; });
+            to("interval", [&] { return found.shares[k].interval; });
         });
-    });
-    to.when(found.is_determined(), [&] {
-        describe(to, found);
-        to("designed_points", designed);
-    });
 }
 
 /// A part of the spread of b1 and b2, as far as they have it.
@@ -89,7 +90,7 @@ void describe_responses(To& to, const study::ReplicateSummary& summary,
 }
 
 template <class To>
-void describe_spread(To& to, const study::ReplicateSummary& summary, std::int64_t designed) {
+void describe_spread(To& to, const study::ReplicateSummary& summary) {
     using study::ResponseSpread;
     const auto all_members = [&](const auto& of) { describe(to, of); };
     const bool has_components =
@@ -102,13 +103,13 @@ void describe_spread(To& to, const study::ReplicateSummary& summary, std::int64_
             describe_responses(to, summary, &ResponseSpread::components, all_members);
         });
     });
-    to.object("sensitivity", [&] {
-        const std::string& reason = summary.no_sensitivity_reason;
+    to.object("variance_shares", [&] {
+        const std::string& reason = summary.no_shares_reason;
         to.when(!reason.empty(), [&] { to("reason", reason); });
         to.when(reason.empty(), [&] {
-            to.constant("method", "polynomial chaos, degree by leave-one-out error");
-            describe_responses(to, summary, &ResponseSpread::sensitivity,
-                               [&](const auto& of) { describe_sensitivity(to, of, designed); });
+            to.constant("method", "additive regression, linear and square of each factor");
+            describe_responses(to, summary, &ResponseSpread::variance_shares,
+                               [&](const auto& of) { describe_shares(to, of, summary.groups); });
             to.list("groups", summary.groups, [&](const study::FactorGroup& group) {
                 to("name", group.name);
                 to("factors", group.factors);
@@ -253,8 +254,7 @@ void describe(To& to, const StudySummaryFile& of) {
             describe_law(to, summary.regression.bond_damping, "decay_per_cycle", "1");
         });
     });
-    to.when(summary.replicates,
-            [&](const auto& replicates) { describe_spread(to, replicates, summary.points); });
+    to.when(summary.replicates, [&](const auto& replicates) { describe_spread(to, replicates); });
 }
 
 /// summary.json of a time-step study.

@@ -71,24 +71,17 @@ std::string components_line(const study::ResponseSpread& response) {
                        percent_with_bounds(c.intraclass_correlation));
 }
 
-std::string sensitivity_lines(const study::ResponseSpread& response) {
-    const reduce::Sensitivity& s = *response.sensitivity;
-    if (!s.is_determined())
-        return fmt::format(
-            "    {:<14} not determined: polynomials of the factors predict nothing at "
-            "points that are left out\n",
-            short_name(response));
-    std::string text = fmt::format(
-        "    {:<14} polynomials of degree {} predict {:.2f} % of the variance of points left out; "
-        "interactions {:.1f} %\n",
-        short_name(response), s.degree, 100.0 * s.predicted_share, 100.0 * s.interactions);
-    std::size_t width = 0;
-    for (const reduce::GroupSensitivity& group : s.groups)
-        width = std::max(width, group.name.size());
-    for (const reduce::GroupSensitivity& group : s.groups)
-        text +=
-            fmt::format("        {:<{}}  alone {}, with interactions {}\n", group.name, width,
-                        percent_with_bounds(group.first_order), percent_with_bounds(group.total));
+/// One line for each group of factors and one for the rest.
+std::string share_lines(const study::ReplicateSummary& summary,
+                        const study::ResponseSpread& response) {
+    const std::vector<reduce::Share>& shares = response.variance_shares->shares;
+    if (std::isnan(shares.back().value))
+        return fmt::format("    {:<14} does not vary\n", short_name(response));
+    std::string text = fmt::format("    {}\n", short_name(response));
+    for (std::size_t k = 0; k < shares.size(); ++k)
+        text += fmt::format("        {}  {}\n", percent_with_bounds(shares[k]),
+                            k < summary.groups.size() ? summary.groups[k].name
+                                                      : "interactions, higher powers, scatter");
     return text;
 }
 
@@ -104,20 +97,18 @@ std::string replicate_table(const study::ReplicateSummary& summary, std::size_t 
         for (const study::ResponseSpread& response : summary.responses)
             text += components_line(response);
     }
-    text += "\nWhere the spread comes from (Sobol indices by polynomial chaos)\n";
+    text += "\nWhere the spread comes from (shares of the variance, additive regression)\n";
     if (failed > 0)
         text += fmt::format("    of the {} points that gave a result; {} failed, which is not by "
-                            "chance: these are indices of a part of the design\n",
+                            "chance: these are shares in a part of the design\n",
                             summary.responses.front().population.count, failed);
-    if (!summary.no_sensitivity_reason.empty())
-        return text + fmt::format("    not known: {}\n", summary.no_sensitivity_reason);
+    if (!summary.no_shares_reason.empty())
+        return text + fmt::format("    not known: {}\n", summary.no_shares_reason);
     for (const study::ResponseSpread& response : summary.responses)
-        if (response.sensitivity)
-            text += sensitivity_lines(response);
+        text += share_lines(summary, response);
     for (const study::FactorGroup& group : summary.groups)
         if (group.factors.size() > 1)
-            text +=
-                fmt::format("    {} depend on each other: one joint index is given\n", group.name);
+            text += fmt::format("    {} depend on each other: they have one share\n", group.name);
     return text;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Factors that are drawn: distributions, columns of measured stems, rank correlations.
+// Factors that are drawn: distributions, columns of measured stems.
 #include "core/decimal_text.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
@@ -169,88 +169,6 @@ std::optional<WithinStemScatter> scatter_of(const FactorReader& factor) {
                              unit.to_si(highest)};
 }
 
-/// Indices of the factors named; nothing with the errors recorded.
-std::optional<std::vector<std::size_t>>
-read_members(const core::TomlTable& table, const toml::node& node, const StudyConfig& config) {
-    const auto refuse = [&table](const std::string& reason) {
-        table.refuse("factors", reason);
-        return std::nullopt;
-    };
-    std::vector<std::string> valid;
-    for (const Factor& factor : config.factors)
-        valid.emplace_back(factor.parameter->key);
-    std::vector<std::size_t> members;
-    const toml::array* names = node.as_array();
-    if (names == nullptr || names->size() < 2 || !names->is_homogeneous<std::string>())
-        return refuse("must be a list of at least two factors");
-    for (const toml::node& name : *names) {
-        const auto key = name.value_or<std::string>("");
-        const auto found = std::ranges::find(valid, key);
-        if (found == valid.end())
-            return refuse(
-                fmt::format("{} is not in [factors]{}", key, core::did_you_mean(key, valid, "")));
-        members.push_back(static_cast<std::size_t>(found - valid.begin()));
-    }
-    auto sorted = members;
-    std::ranges::sort(sorted);
-    if (std::ranges::adjacent_find(sorted) != sorted.end())
-        return refuse("must name each factor once only");
-    return members;
-}
-
-/// The reason why these factors cannot be correlated; empty if there is none.
-std::string complaint_about(const std::vector<std::size_t>& members, const StudyConfig& config) {
-    for (const std::size_t member : members) {
-        const Factor& factor = config.factors[member];
-        if (!factor.is_redrawn)
-            return fmt::format("{} must be a distribution", factor.parameter->key);
-        if (factor.measured && factor.measured->keeps_rows)
-            return fmt::format("{} has rows = \"together\", and so the correlations of its file",
-                               factor.parameter->key);
-        if (factor.is_per_test != config.factors[members.front()].is_per_test)
-            return fmt::format("{} and {} must have the same level, stem or test",
-                               config.factors[members.front()].parameter->key,
-                               factor.parameter->key);
-    }
-    return {};
-}
-
-/// (size, size), row-major; nothing with the errors recorded.
-std::optional<std::vector<double>> read_matrix(const core::TomlTable& table, const toml::node& node,
-                                               std::size_t size) {
-    const auto refuse = [&](const std::string& reason) {
-        table.refuse("rank", reason);
-        return std::nullopt;
-    };
-    const std::string shape =
-        fmt::format("must be {0} lists of {0} numbers, one for each factor", size);
-    const toml::array* rows = node.as_array();
-    if (rows == nullptr || rows->size() != size)
-        return refuse(shape);
-    std::vector<double> matrix;
-    for (const toml::node& row : *rows) {
-        const toml::array* numbers = row.as_array();
-        if (numbers == nullptr || numbers->size() != size)
-            return refuse(shape);
-        for (const toml::node& number : *numbers) {
-            const auto value = number.value<double>();
-            if (!number.is_number() || !value || !(std::abs(*value) <= 1.0))
-                return refuse("must hold numbers in [-1, 1]");
-            matrix.push_back(*value);
-        }
-    }
-    for (std::size_t i = 0; i < size; ++i) {
-        if (matrix[i * size + i] != 1.0)
-            return refuse("must have ones on its diagonal");
-        for (std::size_t j = 0; j < i; ++j)
-            // The comparison is exact: both numbers are in the same file.
-            if (matrix[i * size + j] != matrix[j * size + i])
-                return refuse(fmt::format("must be symmetric: row {} has {}, row {} has {}", i + 1,
-                                          matrix[i * size + j], j + 1, matrix[j * size + i]));
-    }
-    return matrix;
-}
-
 } // namespace
 
 std::vector<double> measured_values(std::string_view text, const ColumnRequest& request,
@@ -310,36 +228,6 @@ std::optional<Factor> read_distribution(const FactorReader& factor) {
     drawn->is_per_test = is_per_test;
     drawn->within_stem = scatter_of(factor);
     return drawn;
-}
-
-void read_correlation(ConfigContext& context) {
-    const core::TomlTable table = context.table("correlation");
-    if (!table.exists())
-        return;
-    const toml::node* factors = table.node("factors");
-    const toml::node* rank = table.node("rank");
-    if (factors == nullptr || rank == nullptr) {
-        table.refuse(factors == nullptr ? "factors" : "rank", "[correlation] needs it");
-        return;
-    }
-    // Factors that could not be read would be reported as missing.
-    if (context.errors.count() > 0)
-        return;
-    const auto members = read_members(table, *factors, context.config);
-    const auto matrix = members ? read_matrix(table, *rank, members->size()) : std::nullopt;
-    if (!members || !matrix)
-        return;
-    if (const std::string complaint = complaint_about(*members, context.config);
-        !complaint.empty()) {
-        table.refuse("factors", complaint);
-        return;
-    }
-    try {
-        context.config.correlation =
-            FactorCorrelation{*members, RankCorrelation(members->size(), *matrix)};
-    } catch (const core::InputError& error) {
-        table.refuse("rank", error.what());
-    }
 }
 
 } // namespace culm::study

@@ -97,20 +97,6 @@ std::string values_text(const Factor& factor) {
                        text(d.min()), text(d.max()), scatter_text(factor));
 }
 
-void add_correlation(const StudyConfig& config, Lines& lines) {
-    if (!config.correlation)
-        return;
-    const FactorCorrelation& correlation = *config.correlation;
-    const auto key_of = [&](std::size_t member) { return config.factors[member].parameter->key; };
-    for (std::size_t i = 0; i < correlation.factors.size(); ++i)
-        for (std::size_t j = 0; j < i; ++j)
-            lines[fmt::format("correlation.{}, {}", key_of(correlation.factors[j]),
-                              key_of(correlation.factors[i]))] =
-                fmt::format("{}", correlation.rank.rank(i, j));
-    lines["correlation.factors"] =
-        fmt::format("{}", fmt::join(correlation.factors | std::views::transform(key_of), ", "));
-}
-
 void add_factors_and_design(const StudyConfig& config, Lines& lines) {
     std::vector<std::string_view> order;
     for (const Factor& factor : config.factors) {
@@ -166,7 +152,6 @@ std::string StudyConfig::identity() const {
     add_former_keys(*this, lines);
     add_parameters(*this, lines);
     add_factors_and_design(*this, lines);
-    add_correlation(*this, lines);
     add_effects(*this, lines);
     // Sorted by key (a map), with one text for each number: two files that mean the same study have
     // the same identity, however they are written.

@@ -240,18 +240,6 @@ Table replicate_keys() {
     return replicates;
 }
 
-Table correlation_keys() {
-    Table correlation("correlation");
-    correlation.key({.name = "factors",
-                     .kind = ValueKind::WordList,
-                     .meaning = "factors that are correlated with each other; needs `rank`"});
-    correlation.key({.name = "rank",
-                     .kind = ValueKind::Matrix,
-                     .range = {-1.0, 1.0},
-                     .meaning = "their rank correlations (Spearman), in the order of `factors`"});
-    return correlation;
-}
-
 Table reduce_keys() {
     Table reduce("reduce");
     of_vibrations(reduce.key("window_s", path(&StudyConfig::reduce, &ReduceOptions::window),
@@ -384,11 +372,10 @@ KeyDescription description_of(const Parameter& parameter) {
 
 const std::vector<core::KeyTable<StudyConfig>>& study_tables() {
     static const std::vector tables{
-        study_keys(),       parameter_keys("stem"), parameter_keys("release"),
-        law_keys(),         integrator_keys(),      vibration_keys(),
-        Table("factors"),   design_keys(),          replicate_keys(),
-        correlation_keys(), reduce_keys(),          archive_keys(),
-        timestep_keys()};
+        study_keys(),     parameter_keys("stem"), parameter_keys("release"),
+        law_keys(),       integrator_keys(),      vibration_keys(),
+        Table("factors"), design_keys(),          replicate_keys(),
+        reduce_keys(),    archive_keys(),         timestep_keys()};
     return tables;
 }
 

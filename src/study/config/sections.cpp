@@ -250,7 +250,6 @@ StudyConfig parse_config(std::string_view text, const std::string& file, const S
     check_timestep(context);
     check_replicates(context);
     read_factors(context); // the design decides how factors are read
-    read_correlation(context);
     const bool is_given_twice = !check_exclusive_keys(context);
     config.given.apply_to(config.base);
     config.base.effects = config.effects.with_defaults(config.base.stem);

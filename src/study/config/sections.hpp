@@ -44,8 +44,7 @@ struct ConfigContext {
 };
 
 // Parts of the reader in other files; each records what is wrong and continues.
-void read_factors(ConfigContext& context);     ///< the [[design.point]] tables included
-void read_correlation(ConfigContext& context); ///< after the factors
+void read_factors(ConfigContext& context); ///< the [[design.point]] tables included
 
 /// The text of a file that the study calls `name`: one of ConfigContext::files, or from the disk,
 /// where it must lie in the study's folder or below. It is noted in StudyConfig::files, so that the

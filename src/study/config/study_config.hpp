@@ -41,12 +41,6 @@ struct DesignOptions {
     }
 };
 
-/// Rank correlations between factors.
-struct FactorCorrelation {
-    std::vector<std::size_t> factors; ///< indices into StudyConfig::factors
-    RankCorrelation rank;             ///< in the same order
-};
-
 /// Texts of files that a study names, by the names as they are written there.
 using StudyFiles = std::map<std::string, std::string, std::less<>>;
 
@@ -78,7 +72,6 @@ struct StudyConfig {
     StudyEffects effects;        ///< beyond the published chain
     std::vector<Factor> factors; ///< in the order of the file
     DesignOptions design;
-    std::optional<FactorCorrelation> correlation;
     ReduceOptions reduce;
     TimestepOptions timestep;
     int trajectory_compression = 0; ///< 0 (none) to 9

@@ -16,7 +16,6 @@ namespace {
 /// One coordinate of the unit cube; factors whose rows stay together share one.
 struct UnitSample {
     std::string name;
-    bool is_redrawn = false;
     std::int64_t draws = 1; ///< for each design point: one, one for each stem, or for each test
     std::vector<double> u;  ///< (design points, draws), in (0, 1)
 };
@@ -48,10 +47,8 @@ UnitSamples without_values(const StudyConfig& config) {
             std::ranges::find(result.samples, factor.coordinate(), &UnitSample::name);
         result.sample_of_factor.push_back(static_cast<std::size_t>(known - result.samples.begin()));
         if (known == result.samples.end())
-            result.samples.push_back({std::string(factor.coordinate()),
-                                      factor.is_redrawn,
-                                      draws_of(factor, config.design),
-                                      {}});
+            result.samples.push_back(
+                {std::string(factor.coordinate()), draws_of(factor, config.design), {}});
     }
     return result;
 }
@@ -107,42 +104,7 @@ void draw_sequence(const StudyConfig& config, std::int64_t points,
     }
 }
 
-/// A hypercube keeps its strata: its values are reordered. Other points are moved.
-void correlate(const StudyConfig& config, std::int64_t points, UnitSamples& all) {
-    if (!config.correlation)
-        return;
-    std::vector<UnitSample*> members;
-    for (const std::size_t factor : config.correlation->factors)
-        members.push_back(&all.samples[all.sample_of_factor[factor]]);
-    const RankCorrelation& correlation = config.correlation->rank;
-    const auto draws = static_cast<std::size_t>(members.front()->draws);
-    const auto count = static_cast<std::size_t>(points);
-    // Independent points stay independent when each is transformed alone. The points of a
-    // hypercube do not: a transformed coordinate would leave its stratum.
-    if (config.design.type != DesignType::LatinHypercube) {
-        std::vector<double> u(members.size());
-        for (std::size_t place = 0; place < count * draws; ++place) {
-            for (std::size_t k = 0; k < u.size(); ++k)
-                u[k] = members[k]->u[place];
-            correlation.correlate(u);
-            for (std::size_t k = 0; k < u.size(); ++k)
-                members[k]->u[place] = u[k];
-        }
-        return;
-    }
-    std::vector<std::vector<double>> columns(members.size(), std::vector<double>(count));
-    for (std::size_t draw = 0; draw < draws; ++draw) {
-        for (std::size_t k = 0; k < members.size(); ++k)
-            for (std::size_t point = 0; point < count; ++point)
-                columns[k][point] = members[k]->u[point * draws + draw];
-        correlation.reorder(columns);
-        for (std::size_t k = 0; k < members.size(); ++k)
-            for (std::size_t point = 0; point < count; ++point)
-                members[k]->u[point * draws + draw] = columns[k][point];
-    }
-}
-
-/// The correlated samples of a study with `design_points` points. They depend only on the study
+/// The samples of a study with `design_points` points. They depend only on the study
 /// (design.hpp describes them).
 UnitSamples draw_unit_samples(const StudyConfig& config, std::int64_t design_points) {
     UnitSamples all = without_values(config);
@@ -155,7 +117,6 @@ UnitSamples draw_unit_samples(const StudyConfig& config, std::int64_t design_poi
     else
         for (UnitSample& sample : all.samples)
             draw_at_random(config, design_points, sample);
-    correlate(config, design_points, all);
     return all;
 }
 

@@ -47,8 +47,7 @@ inline constexpr std::int64_t most_points = 100'000'000;
 ///     every replicate has its own scrambling, and the origin is included.
 ///   - list: the values of [[design.point]], in their order; distributions as in a factorial.
 /// A factor is drawn once for each stem and kept in its tests, or drawn for each test; the scatter
-/// within a stem is drawn for each test. Rank correlations reorder the values of a hypercube (Iman
-/// & Conover 1982) and transform other points by a normal copula.
+/// within a stem is drawn for each test.
 [[nodiscard]] Design make_design(const StudyConfig& config);
 
 /// The case of one point, 0 <= point < design.point_count().

@@ -1,15 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Points of the unit cube, the counter-based random numbers that generate them, and rank
-// correlations between their coordinates.
+// Points of the unit cube, and the counter-based random numbers that generate them.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 #include <string_view>
 #include <vector>
 
-#include <Eigen/Core>
 #include <Random123/philox.h>
 
 namespace culm::study {
@@ -89,10 +86,6 @@ struct SampleKey {
 /// digits: (points, dimensions), row-major. The first is the origin.
 [[nodiscard]] std::vector<std::uint64_t> sobol_digits(std::int64_t points, std::size_t dimensions);
 
-/// The first `points` points of the Sobol sequence after the origin: (points, dimensions),
-/// row-major, in the open unit cube.
-[[nodiscard]] std::vector<double> sobol_points(std::int64_t points, std::size_t dimensions);
-
 /// Rotates a coordinate u of (0, 1) by a random shift that belongs to the key, modulo 1.
 [[nodiscard]] double rotated(double u, const SampleKey& key);
 
@@ -117,34 +110,6 @@ class DigitScrambler {
     /// A random bit for each node of the binary tree of leading digits; node 2^b + leading b
     /// digits.
     std::vector<std::uint64_t> flips_;
-};
-
-/// Spearman's rank correlations of a normal copula, turned into those of its normal variables:
-/// r = 2 sin(π ρ/6) (Pearson 1907), and its Cholesky factor.
-class RankCorrelation {
-  public:
-    RankCorrelation() = default;
-    /// `rank` is symmetric with ones on the diagonal, (variables, variables), row-major. Throws
-    /// core::InputError if the normal correlations are not positive definite; the message states by
-    /// what factor the correlations must be reduced.
-    RankCorrelation(std::size_t variables, std::vector<double> rank);
-
-    [[nodiscard]] double rank(std::size_t i, std::size_t j) const {
-        return rank_[i * variables_ + j];
-    }
-
-    /// Turns one point's independent coordinates, each uniform in (0, 1), into dependent ones.
-    void correlate(std::span<double> u) const;
-
-    /// Reorders the values of each column so that the columns have approximately these rank
-    /// correlations. Each column keeps its values and therefore its strata (Iman & Conover 1982).
-    /// `columns` has the shape (variables, points).
-    void reorder(std::vector<std::vector<double>>& columns) const;
-
-  private:
-    std::size_t variables_ = 0;
-    std::vector<double> rank_;
-    Eigen::MatrixXd factor_; ///< lower triangle L, L Lᵀ = normal correlations
 };
 
 } // namespace culm::study

@@ -6,8 +6,8 @@
 
 #include "archive/study/file.hpp"
 #include "reduce/population_statistics.hpp"
-#include "reduce/sensitivity.hpp"
 #include "reduce/study_regression.hpp"
+#include "reduce/variance_shares.hpp"
 #include "study/execute/plan.hpp"
 #include "study/execute/point_results.hpp"
 #include "study/execute/study_folder.hpp"
@@ -68,10 +68,10 @@ struct ResponseSpread {
     std::string name; ///< "decay_per_cycle" or "frequency", as the archive's columns
     reduce::SampleSummary population;
     std::optional<reduce::VarianceComponents> components; ///< of stems with several tests
-    std::optional<reduce::Sensitivity> sensitivity;
+    std::optional<reduce::VarianceShares> variance_shares;
 };
 
-/// Factors that depend on each other share one index; others are alone.
+/// Factors that depend on each other have one share; others are alone.
 struct FactorGroup {
     std::string name; ///< the keys, joined by ", "
     std::vector<std::string> factors;
@@ -79,9 +79,9 @@ struct FactorGroup {
 
 struct ReplicateSummary {
     std::vector<ResponseSpread> responses;
-    std::vector<FactorGroup> groups;   ///< in the order of the sensitivities' groups
-    bool has_distributions = false;    ///< does any factor describe a population?
-    std::string no_sensitivity_reason; ///< one sentence, if there are none
+    std::vector<FactorGroup> groups; ///< in the order of the shares
+    bool has_distributions = false;  ///< does any factor describe a population?
+    std::string no_shares_reason;    ///< one sentence, if there are none
 };
 
 /// Nothing for a study without factors. `decay_per_cycle` and `frequency` (Hz) have the shape
