@@ -3,9 +3,11 @@
 
 #include "core/error.hpp"
 #include "diagnose/ladder.hpp"
+#include "fit/chain/baseline_model.hpp"
 #include "residuals/swing.hpp"
 #include "run/modes.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -51,6 +53,20 @@ fit::Fit fitted(const measure::Measurement& measurement, const CalibrationOption
     return model;
 }
 
+/// Y goes with f², so that a chain in vacuum of the frequency of one in air is too soft.
+double still_air_bias(const run::CaseSpec& chain) {
+    if (std::ranges::any_of(chain.effects,
+                            [](const auto& active) { return active.effect->name == "still_air"; }))
+        return 0.0;
+    run::CaseSpec in_air = chain;
+    in_air.effects.push_back(
+        physics::with_defaults(physics::parse_effect("still_air", {}), chain.stem));
+    return std::pow(run::lightly_damped_mode(in_air).frequency /
+                        run::lightly_damped_mode(chain).frequency,
+                    2) -
+           1.0;
+}
+
 } // namespace
 
 Calibration calibrate_stem(const measure::Measurement& measurement,
@@ -70,6 +86,7 @@ Calibration calibrate_stem(const measure::Measurement& measurement,
     result.frequency = reduce::normal_estimate(result.mode.frequency, errors(0));
     result.decay_per_cycle = reduce::normal_estimate(result.mode.decay_per_cycle, errors(1));
     result.damping_time = fit::damping_time(chain);
+    result.still_air_bias = still_air_bias(chain);
     result.verdict =
         diagnose::verdict_on(result.part(), residuals::swing_of(result.part(), measurement));
     return result;

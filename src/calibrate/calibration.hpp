@@ -29,6 +29,8 @@ struct Calibration {
     reduce::Estimate frequency;    ///< of that mode, Hz
     reduce::Estimate decay_per_cycle;
     double damping_time = 0.0; ///< τ of M = E I (κ + τ κ̇), s
+    /// Relative error of Y because still air moves with the stem; 0 if the model has that air.
+    double still_air_bias = 0.0;
     diagnose::Verdict verdict;
 };
 

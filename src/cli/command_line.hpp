@@ -52,7 +52,6 @@ struct TrackArguments {
     std::vector<std::string> videos;
     std::string output;
     int threads = 0; ///< 0: all of the machine's, shared among the ranks
-    bool with_video = false;
     bool is_quiet = false;
 };
 

@@ -7,16 +7,13 @@
 #include "measure/release/swing_release.hpp"
 #include "measure/track/frames/frame_source.hpp"
 #include "measure/track/track_report.hpp"
-#include "present/text.hpp"
 
 #include <algorithm>
-#include <array>
 #include <exception>
 #include <filesystem>
 #include <iostream>
 #include <string>
 #include <thread>
-#include <utility>
 #include <vector>
 
 #include <fmt/core.h>
@@ -54,45 +51,6 @@ TrackPlan plan_of(const TrackArguments& arguments) {
     return plan;
 }
 
-/// Processor time for reading and tracking a pixel of a frame, s: measured on the reference machine
-/// (docs/performance.md).
-constexpr double seconds_per_pixel = 1.6e-7;
-
-/// Number of frames to be read and of all their pixels; zero if the recording cannot be opened,
-/// which the tracking reports.
-std::pair<std::size_t, double> size_of(const measure::TrackSettings& settings) {
-    try {
-        const auto source = measure::open_frames(settings.file.parent_path(), settings.frames);
-        std::size_t frames = source->numbers().size();
-        if (settings.frame_count)
-            frames = std::min(frames, static_cast<std::size_t>(*settings.frame_count));
-        double pixels = 0.0;
-        constexpr std::array<std::size_t, 1> first{0};
-        source->for_each(first, 1, [&](std::size_t, const measure::FrameImage& frame) {
-            pixels = double(frames) * double(frame.width) * double(frame.height);
-        });
-        return {frames, pixels};
-    } catch (const core::InputError&) {
-        return {};
-    }
-}
-
-std::string cost_of(const TrackPlan& plan, int cores) {
-    std::size_t frames = 0;
-    double seconds = 0.0;
-    for (const measure::TrackSettings& settings : plan.settings) {
-        const auto [count, pixels] = size_of(settings);
-        frames += count;
-        seconds += seconds_per_pixel * pixels;
-    }
-    if (frames == 0) // the tracking reports why
-        return {};
-    return fmt::format("{} frames in {}: about {} of processor time on the reference machine, "
-                       "shared by {}\n",
-                       frames, present::counted(plan.settings.size(), "video"),
-                       present::estimate_text(seconds), present::counted(cores, "core"));
-}
-
 int threads_per_rank(int wanted, int ranks) {
     if (wanted > 0)
         return wanted;
@@ -101,10 +59,10 @@ int threads_per_rank(int wanted, int ranks) {
     return std::max(1, cores / ranks);
 }
 
-VideoOutcome track_one(const TrackPlan& plan, std::size_t index, int threads, bool with_video) {
+VideoOutcome track_one(const TrackPlan& plan, std::size_t index, int threads) {
     try {
         const measure::Track track = measure::track_video(plan.settings[index], threads);
-        measure::write_track(plan.folders[index], track, with_video);
+        measure::write_track(plan.folders[index], track);
         return {fmt::format("{}    written  {}\n", measure::summary_text(track),
                             plan.folders[index].string()),
                 true};
@@ -141,11 +99,9 @@ core::ExitCode track(const TrackArguments& arguments, const farm::Communicator* 
     const int ranks = rank_count(communicator);
     const auto busy = std::min(ranks, static_cast<int>(plan.settings.size()));
     const int threads = threads_per_rank(arguments.threads, busy);
-    if (is_root(communicator) && !arguments.is_quiet)
-        fmt::print(stderr, "{}", cost_of(plan, threads * busy));
     const auto work = [&](std::size_t index, const core::Heartbeat& heartbeat) {
         heartbeat();
-        return track_one(plan, index, threads, arguments.with_video);
+        return track_one(plan, index, threads);
     };
     const std::vector<double> costs(plan.settings.size(), 1.0);
     ProgressDisplay display(!is_root(communicator) || arguments.is_quiet || costs.size() < 2,

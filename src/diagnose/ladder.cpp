@@ -3,6 +3,7 @@
 
 #include "diagnose/evidence/log_evidence.hpp"
 #include "diagnose/models/stem_fit.hpp"
+#include "fit/chain/baseline_model.hpp"
 #include "fit/fit_numbers.hpp"
 #include "residuals/swing.hpp"
 

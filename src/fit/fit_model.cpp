@@ -2,6 +2,7 @@
 #include "fit/fit_model.hpp"
 
 #include "core/error.hpp"
+#include "fit/chain/baseline_model.hpp"
 #include "measure/folder/measurement.hpp"
 
 #include <stdexcept>

@@ -5,8 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <complex>
 #include <numbers>
+#include <optional>
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
@@ -69,7 +70,7 @@ double spectral_radius(const NormalisedChain& chain, double step) {
 }
 
 constexpr int most_newton_steps = 12;
-constexpr double slowest_mode_tolerance =
+constexpr double mode_tolerance =
     1e-7; ///< of the last change of λ, relative; the error is its square
 /// Largest distance of λ/ω from the start; beyond, it belongs to another mode.
 constexpr double farthest = 0.5;
@@ -129,7 +130,7 @@ std::optional<Complex> newton(const LinearisedChain& chain, double angular_frequ
         z -= change;
         if (!(std::abs(z - start) < farthest)) // a NaN of aperiodic damping too
             return std::nullopt;
-        if (std::abs(change) < slowest_mode_tolerance)
+        if (std::abs(change) < mode_tolerance)
             return z;
     }
     return std::nullopt;
@@ -140,40 +141,35 @@ VibrationMode mode_of(const Complex& eigenvalue) {
     return {frequency, eigenvalue.real(), eigenvalue.real() / frequency};
 }
 
-/// The slowest modes, each computed from an undamped one; empty if one of the undamped modes leads
-/// to no separate mode.
-std::vector<VibrationMode> modes_near_undamped(const LinearisedChain& chain, std::size_t count) {
+/// The slowest modes without damping. One alone costs much less than several.
+std::vector<UndampedMode> undamped_modes(const LinearisedChain& chain, std::size_t count) {
+    if (count == 1)
+        return {lowest_undamped(chain)};
     const NormalisedChain unit = normalised(chain, 1.0);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> undamped(
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
         0.5 * (unit.stiffness + unit.stiffness.transpose()));
-    std::vector<VibrationMode> modes;
-    for (std::size_t k = 0; k < count; ++k) {
-        const auto at = static_cast<Eigen::Index>(k);
-        const double angular_frequency = std::sqrt(undamped.eigenvalues()(at));
-        if (!(angular_frequency > 0.0))
-            return {};
-        const std::optional<Complex> z =
-            newton(chain, angular_frequency, undamped.eigenvectors().col(at));
-        if (!z)
-            return {};
-        modes.push_back(mode_of(angular_frequency * *z));
-        if (k > 0 &&
-            !(modes[k].frequency > (1.0 + slowest_mode_tolerance) * modes[k - 1].frequency))
-            return {};
-    }
+    std::vector<UndampedMode> modes;
+    for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(count); ++k)
+        modes.push_back({std::sqrt(solver.eigenvalues()(k)), solver.eigenvectors().col(k)});
     return modes;
 }
 
-/// Vector of the null space of a nearly singular matrix, by inverse iteration. Convergence is
-/// immediate: the matrix is singular up to the rounding of its eigenvalue.
-Eigen::VectorXcd null_vector(const Eigen::MatrixXcd& matrix, const Eigen::VectorXd& mass) {
-    const Eigen::PartialPivLU<Eigen::MatrixXcd> solver(matrix);
-    Eigen::VectorXcd vector = Eigen::VectorXcd::Ones(matrix.rows());
-    for (int iteration = 0; iteration < 4; ++iteration) {
-        vector = solver.solve(mass.asDiagonal() * vector);
-        vector.normalize();
+/// The slowest modes, each computed from an undamped one; empty if one of the undamped modes leads
+/// to no separate mode.
+std::vector<VibrationMode> modes_near_undamped(const LinearisedChain& chain, std::size_t count) {
+    std::vector<VibrationMode> modes;
+    for (const UndampedMode& undamped : undamped_modes(chain, count)) {
+        if (!(undamped.angular_frequency > 0.0))
+            return {};
+        const auto z = newton(chain, undamped.angular_frequency, undamped.shape);
+        if (!z)
+            return {};
+        const VibrationMode mode = mode_of(undamped.angular_frequency * *z);
+        if (!modes.empty() && !(mode.frequency > (1.0 + mode_tolerance) * modes.back().frequency))
+            return {};
+        modes.push_back(mode);
     }
-    return vector;
+    return modes;
 }
 
 /// Relative bending stiffness that the branches add at a frequency ω: Σ g (ωτ)²/(1 + (ωτ)²).
@@ -270,23 +266,10 @@ double largest_stable_step(const LinearisedChain& chain) {
     return step / scaled.angular_frequency;
 }
 
-std::optional<VibrationMode> slowest_mode(const LinearisedChain& chain) {
-    const UndampedMode undamped = lowest_undamped(chain);
-    if (undamped.angular_frequency > 0.0)
-        if (const auto z = newton(chain, undamped.angular_frequency, undamped.shape))
-            return mode_of(undamped.angular_frequency * *z);
-    const std::vector<VibrationMode> modes = vibration_modes(chain, 1);
-    return modes.empty() ? std::nullopt : std::optional(modes.front());
-}
-
 std::vector<VibrationMode> transverse_modes(const physics::Chain<2, double>& chain,
                                             std::size_t count) {
     const LinearisedChain linear = linearise_transverse(chain);
-    std::vector<VibrationMode> modes;
-    if (count != 1)
-        modes = vibration_modes(linear, count);
-    else if (const auto slowest = slowest_mode(linear))
-        modes = {*slowest};
+    std::vector<VibrationMode> modes = vibration_modes(linear, count);
     if (modes.empty())
         return modes;
     const double factor =
@@ -296,40 +279,6 @@ std::vector<VibrationMode> transverse_modes(const physics::Chain<2, double>& cha
         mode.decay_per_cycle /= factor;
     }
     return modes;
-}
-
-std::optional<FirstModeStepError> FirstModeStepError::of(const LinearisedChain& chain) {
-    const std::vector<VibrationMode> modes = vibration_modes(chain, 1);
-    if (modes.empty())
-        return std::nullopt;
-    FirstModeStepError mode;
-    mode.eigenvalue_ =
-        Complex(modes.front().decay_rate, 2.0 * std::numbers::pi * modes.front().frequency);
-    const Complex lambda = mode.eigenvalue_;
-    const Eigen::MatrixXcd damping = chain.damping.cast<Complex>();
-    const Eigen::MatrixXcd pencil = lambda * lambda * Eigen::MatrixXcd(chain.mass.asDiagonal()) +
-                                    lambda * damping + chain.stiffness.cast<Complex>();
-    const Eigen::VectorXcd right = null_vector(pencil, chain.mass);
-    const Eigen::VectorXcd left = null_vector(pencil.transpose(), chain.mass);
-    const Complex mass_form = left.transpose() * chain.mass.asDiagonal() * right;
-    const Complex damping_form = left.transpose() * damping * right;
-    const Complex slope = 2.0 * lambda * mass_form + damping_form;
-    mode.mass_ = mass_form / slope;
-    mode.damping_ = damping_form / slope;
-    return mode;
-}
-
-StepError FirstModeStepError::at(double step) const {
-    const Complex lambda = eigenvalue_;
-    const Complex z = lambda * step;
-    // (2 sinh(z/2)/h)² − λ² and (1 − e^(−z))/h − λ as series: their differences would cancel.
-    const Complex of_mass = lambda * lambda * z * z * (1.0 / 12.0 + z * z / 360.0);
-    const Complex of_damping = -lambda * z * (0.5 - z / 6.0 + z * z / 24.0 - z * z * z / 120.0);
-    const Complex shift = -(of_mass * mass_ + of_damping * damping_);
-    const double of_frequency = shift.imag() / lambda.imag();
-    const double of_decay = lambda.real() < 0.0 ? shift.real() / lambda.real()
-                                                : std::numeric_limits<double>::quiet_NaN();
-    return {of_decay - of_frequency, of_frequency};
 }
 
 } // namespace culm::integrate

@@ -104,6 +104,10 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
     text += fmt::format("  first mode: b2 {} Hz, b1 per cycle {}, damping ratio {:.5f}\n",
                         plus_minus(calibration.frequency), plus_minus(calibration.decay_per_cycle),
                         calibration.mode.damping_ratio());
+    if (calibration.still_air_bias != 0.0)
+        text += fmt::format("  still air moves with the stem, which biases Y by {} (--with "
+                            "still_air removes it)\n",
+                            percent_text(calibration.still_air_bias));
     const measure::ReadingUnit unit = measure::reading_unit(fit.model.spec.sensors);
     text += result_lines("  ", fmt::format("residual {} rms, {:.2f} times the noise of {} ({})",
                                            unit.text(fit.rmse), fit::over_noise(fit),
@@ -117,13 +121,16 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
 }
 
 std::string calibration_table_head() {
-    return fmt::format("{:<14} {:>18} {:>16} {:>18} {:>17} {:>8}  failed tests\n", "stem", "Y GPa",
-                       "beta", "b1 per cycle", "b2 Hz", "chi2/dof");
+    return fmt::format("{:<14} {:>18} {:>9} {:>16} {:>18} {:>17} {:>8}  failed tests\n", "stem",
+                       "Y GPa", "still air", "beta", "b1 per cycle", "b2 Hz", "chi2/dof");
 }
 
 std::string calibration_table_line(const calibrate::Calibration& calibration) {
-    return fmt::format("{:<14} {:>18} {:>16} {:>18} {:>17} {:>8.4f}  {}\n", calibration.id,
+    return fmt::format("{:<14} {:>18} {:>9} {:>16} {:>18} {:>17} {:>8.4f}  {}\n", calibration.id,
                        plus_minus(estimate_of(calibration, physics::bond_youngs_modulus), 1e-9),
+                       calibration.still_air_bias == 0.0
+                           ? "-"
+                           : fmt::format("{:+.2f} %", 100.0 * calibration.still_air_bias),
                        plus_minus(estimate_of(calibration, physics::bond_damping)),
                        plus_minus(calibration.decay_per_cycle), plus_minus(calibration.frequency),
                        calibration.fit.reduced_chi_squared,

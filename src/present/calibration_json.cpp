@@ -173,6 +173,8 @@ void describe_calibration(To& to, const calibrate::Calibration& of, const std::s
         to("damping_ratio", [&] { return of.mode.damping_ratio(); });
         to("damping_time_s", of.damping_time);
     });
+    to("still_air_bias", of.still_air_bias,
+       "relative error of Y because still air moves with the stem; 0: the model has that air");
     to.object("fit", [&] { describe_quality(to, of, part); });
     to.object("chain", [&] { describe_chain(to, part.model, law); });
     to("remarks", part.model.remarks);

@@ -75,6 +75,27 @@ std::vector<double> autocovariance(std::span<const double> values, std::size_t l
     return covariance;
 }
 
+Eigen::MatrixXd lagged_sum(const Eigen::MatrixXd& rows, std::span<const double> weights) {
+    const Eigen::Index n = rows.rows();
+    Eigen::MatrixXd sum = weights[0] * (rows.transpose() * rows);
+    for (std::size_t lag = 1; lag < weights.size(); ++lag) {
+        const auto shift = static_cast<Eigen::Index>(lag);
+        if (shift >= n)
+            break;
+        const Eigen::MatrixXd product =
+            rows.topRows(n - shift).transpose() * rows.bottomRows(n - shift);
+        sum += weights[lag] * (product + product.transpose());
+    }
+    return sum;
+}
+
+std::vector<double> bartlett_weights(std::size_t lags) {
+    std::vector<double> weights;
+    for (std::size_t lag = 0; lag <= lags; ++lag)
+        weights.push_back(1.0 - static_cast<double>(lag) / static_cast<double>(lags + 1));
+    return weights;
+}
+
 double ljung_box_p_value(std::span<const double> residuals, std::size_t lags) {
     const std::vector<double> covariance = autocovariance(residuals, lags);
     if (residuals.size() <= lags || lags == 0 || !(covariance[0] > 0.0))

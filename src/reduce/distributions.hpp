@@ -7,6 +7,8 @@
 #include <span>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace culm::reduce {
 
 /// Two-sided 95 % quantile of the standard normal distribution.
@@ -57,6 +59,13 @@ void describe(To& to, const Estimate& found) {
 /// (largest_lag + 1). Lags of n and more give 0.
 [[nodiscard]] std::vector<double> autocovariance(std::span<const double> values,
                                                  std::size_t largest_lag);
+
+/// Σ w(lag) Σ_t (a_t a_{t+lag}ᵀ + transpose) over the rows a of `rows`; lag 0 once.
+[[nodiscard]] Eigen::MatrixXd lagged_sum(const Eigen::MatrixXd& rows,
+                                         std::span<const double> weights);
+
+/// 1 − lag/(lags + 1) for lags 0 … `lags`.
+[[nodiscard]] std::vector<double> bartlett_weights(std::size_t lags);
 
 /// p-value of the test of Ljung & Box (1978) that residuals are uncorrelated up to `lags`, with the
 /// statistic's distribution for finite numbers of residuals. 1 if all residuals are equal or their

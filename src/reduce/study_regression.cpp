@@ -338,21 +338,6 @@ TimestepLawOutcome fit_rule_form(const std::vector<Stem>& stems) {
         });
 }
 
-/// ln dt = ln c + p ln Y + q ln β; undamped stems have no logarithm of β.
-TimestepLawOutcome fit_power_law(std::vector<Stem> stems) {
-    std::erase_if(stems, [](const Stem& stem) { return stem.damping <= 0.0; });
-    return fit_law<3>(
-        stems, {"ln_c", "p", "q"},
-        [](const Stem& s) {
-            return std::array{1.0, std::log(s.youngs_modulus), std::log(s.damping),
-                              std::log(s.limit)};
-        },
-        [](const Coefficients& c, const Stem& s) {
-            return std::exp(c[0].value + c[1].value * std::log(s.youngs_modulus) +
-                            c[2].value * std::log(s.damping));
-        });
-}
-
 } // namespace
 
 InteractionModel reduce_interaction_model(const PredictorPair& predictors,
@@ -430,7 +415,6 @@ TimestepRegression regress_timesteps(const TimestepPoints& points) {
     regression.points_excluded = points.limit.size() - stems.size();
     regression.damped_oscillator = fit_damped_oscillator(stems);
     regression.rule_form = fit_rule_form(stems);
-    regression.power_law = fit_power_law(stems);
     return regression;
 }
 

@@ -170,11 +170,9 @@ struct TimestepRegression {
     TimestepLawOutcome damped_oscillator;
     /// The form of the authors' rule, Δt = τ/(a + bβ): coefficients "a" and "b".
     TimestepLawOutcome rule_form;
-    /// ln Δt = ln c + p ln Y + q ln β over the points with β > 0: coefficients "ln_c", "p", "q".
-    TimestepLawOutcome power_law;
 };
 
-/// Fits the three laws by least squares of relative deviations: rows are divided by their
+/// Fits both laws by least squares of relative deviations: rows are divided by their
 /// right-hand sides, because limits span orders of magnitude.
 /// Throws core::NumericalError (FitFailed) if the spans differ in length.
 [[nodiscard]] TimestepRegression regress_timesteps(const TimestepPoints& points);

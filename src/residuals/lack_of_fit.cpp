@@ -156,7 +156,6 @@ LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing) {
             rows.back());
     }
     add("correlation of all rows", combined_p_value(rows));
-    add("pattern over the heights", fit::spatial_pattern(whitened).p_value);
     return result;
 }
 

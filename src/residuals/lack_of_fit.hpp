@@ -40,7 +40,6 @@ struct LackOfFit {
 ///   over all pairs; χ². A misfit of the shape moves the rows together; noise does not.
 /// * "balance of the rows": means of the rows over all frames, χ² against their scatter; large if
 ///   the shape or the position of rest is wrong.
-/// * "pattern over the heights": the residuals' first singular value (fit::spatial_pattern).
 [[nodiscard]] LackOfFit test_lack_of_fit(const fit::RecordingFit& fit, const Swing& swing);
 
 } // namespace culm::residuals

@@ -287,8 +287,4 @@ TimestepLimits timestep_limits(const CaseSpec& spec) {
             published_timestep_rule(spec.stem)};
 }
 
-std::optional<integrate::FirstModeStepError> step_error(const CaseSpec& spec) {
-    return integrate::FirstModeStepError::of(integrate::linearise_transverse(spec.stem, spec.law));
-}
-
 } // namespace culm::run

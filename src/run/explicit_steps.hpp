@@ -2,11 +2,9 @@
 // One stem with several explicit steps, side by side in SIMD lanes; the limits of the step.
 #pragma once
 
-#include "integrate/modes.hpp"
 #include "run/simulate.hpp"
 
 #include <cstdint>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -65,8 +63,5 @@ struct TimestepLimits {
 /// The rule of the paper's authors, 0.95/((1.1 + 2.9β)√(k_n/m)) with a bond's normal stiffness and
 /// a sphere's mass, s. It contains a safety factor.
 [[nodiscard]] double published_timestep_rule(const physics::StemParameters<double>& stem);
-
-/// Error of a step in the first mode; empty if the linearised stem returns without oscillation.
-[[nodiscard]] std::optional<integrate::FirstModeStepError> step_error(const CaseSpec& spec);
 
 } // namespace culm::run

@@ -218,7 +218,7 @@ TEST_F(Journal, IsRefusedWithAnotherVersionOrOtherContent) {
     std::string newer = whole;
     newer[8] = 3;
     EXPECT_THAT(message(newer), testing::HasSubstr("journal format version 3; this culm reads "
-                                                   "versions 1 to 2"));
+                                                   "version 2"));
     EXPECT_THAT(message("a text of somebody else"), testing::HasSubstr("is not a culm journal"));
     std::string damaged = whole;
     damaged[20] ^= 1;
@@ -226,21 +226,6 @@ TEST_F(Journal, IsRefusedWithAnotherVersionOrOtherContent) {
     std::string longer = whole;
     longer[14] = 1; // the identity now extends beyond the end of the file
     EXPECT_THAT(message(longer), testing::HasSubstr("the header is damaged"));
-}
-
-TEST_F(Journal, IsReadAndContinuedInVersion1) {
-    std::vector<std::byte> bytes = encode_journal_header(identity, 1);
-    std::vector<std::byte> record;
-    encode_record(record_of(0), record);
-    bytes.insert(bytes.end(), record.begin(), record.end());
-    std::filesystem::create_directories(path_.parent_path());
-    write_bytes(path_, {reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-    EXPECT_EQ(points(), (std::vector<std::int64_t>{0}));
-    JournalWriter(path_, identity).append(record_of(1));
-    EXPECT_EQ(points(), (std::vector<std::int64_t>{0, 1}));
-    write_bytes(path_, read_bytes(path_).substr(0, 30)); // died while it was created
-    EXPECT_FALSE(scan().header_finished);
-    EXPECT_EQ(read_journal_identity(path_), std::nullopt);
 }
 
 TEST_F(Journal, CountsThePointsInProgressWhenAProcessDied) {

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "calibrate/calibration.hpp"
 #include "core/error.hpp"
+#include "fit/chain/baseline_model.hpp"
 #include "fit/fit.hpp"
 #include "fit/fit_model.hpp"
 #include "reduce/ring_down/ring_down_fit.hpp"

@@ -93,6 +93,10 @@ class FirstStudy(Reference, unittest.TestCase):
     page = DOCS / "first-study.md"
 
 
+class Backbone(Reference, unittest.TestCase):
+    page = DOCS / "backbone.md"
+
+
 class FirstRecording(Reference, unittest.TestCase):
     page = DOCS / "first-recording.md"
 

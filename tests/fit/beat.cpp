@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "beam_generator/recording.hpp"
 #include "diagnose/models/stem_fit.hpp"
+#include "fit/chain/baseline_model.hpp"
 #include "fit/chain/prediction.hpp"
 #include "fit/chain/stem_model.hpp"
 #include "fit/fit_model.hpp"

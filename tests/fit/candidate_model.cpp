@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
+#include "fit/chain/baseline_model.hpp"
 #include "fit/chain/stem_model.hpp"
 #include "fit/start/starts.hpp"
 #include "measure/folder/measurement_folder.hpp"

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
+#include "fit/chain/baseline_model.hpp"
 #include "fit/fit.hpp"
 #include "physics/effects/selection.hpp"
 #include "support/parameter_ids.hpp"

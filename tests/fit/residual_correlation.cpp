@@ -10,7 +10,6 @@ namespace culm::tests {
 namespace {
 
 using fit::effective_degrees_of_freedom;
-using fit::spatial_pattern;
 
 /// First-order autoregressive columns of unit variance.
 Eigen::MatrixXd correlated_noise(Eigen::Index frames, Eigen::Index rows, double correlation,
@@ -60,29 +59,6 @@ TEST(EffectiveDegreesOfFreedom, AreThoseOfOneRowForEqualRows) {
     const Eigen::MatrixXd one = correlated_noise(500, 1, 0.0, 3);
     // One row has 500 readings and equal rows add none; the estimate scatters by 5 %.
     EXPECT_NEAR(effective_degrees_of_freedom(one.replicate(1, 8), 12), 500.0, 25.0);
-}
-
-TEST(SpatialPattern, IsFoundInWhiteNoiseAsOftenAsItsPValueSays) {
-    int below_5_percent = 0;
-    constexpr int tables = 1000;
-    for (unsigned seed = 0; seed < tables; ++seed)
-        below_5_percent +=
-            spatial_pattern(correlated_noise(300, 9, 0.0, 1000 + seed)).p_value < 0.05 ? 1 : 0;
-    // 50 are expected, with a standard deviation of 7. Fewer are acceptable: the size of the noise
-    // comes from the table itself, which reduces the scatter of the singular value. More would be
-    // false alarms.
-    EXPECT_GT(below_5_percent, 5);
-    EXPECT_LT(below_5_percent, 70);
-}
-
-TEST(SpatialPattern, IsSeenWithItsShapeAtAThirdOfTheNoise) {
-    Eigen::MatrixXd table = correlated_noise(400, 8, 0.0, 7);
-    const Eigen::VectorXd shape = Eigen::VectorXd::LinSpaced(8, 0.0, 1.0).normalized();
-    table += correlated_noise(400, 1, 0.0, 8) * shape.transpose();
-    const fit::SpatialPattern pattern = spatial_pattern(table);
-    EXPECT_LT(pattern.p_value, 1e-4);
-    // A signal of the noise's size in one direction: the angle's scatter is √(8/400)/1 or so.
-    EXPECT_GT(std::abs(pattern.shape.dot(shape)), 0.95);
 }
 
 TEST(ChiSquaredTail, AgreesWithTablesAndTakesFractions) {

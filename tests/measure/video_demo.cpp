@@ -94,7 +94,7 @@ TEST(DemonstrationVideo, GivesAFolderThatReadsBack) {
         GTEST_SKIP() << "the data are not available";
     const tests::TemporaryFolder folder;
     const Track track = track_video(read_track_settings(demo_settings(*data, folder, "")), {2});
-    write_track(folder / "out", track, false);
+    write_track(folder / "out", track);
     const Measurement read = read_measurement(folder / "out");
     EXPECT_EQ(read.times, track.measurement.times);
     EXPECT_EQ(read.deflections, track.measurement.deflections);

@@ -54,6 +54,33 @@ def backbone(*points):
                          "frequency_stderr_hz": 0.01} for amplitude, ratio in points]}]
 
 
+def backbone_with_laws():
+    """Of mode 1: ζ = 0.001/A + 0.01 + 0.02 A and f = 80 (1 − 0.05 A²), A over 10 mm; and a mode 2
+    without laws."""
+    known = {"coulomb": 0.001, "linear": 0.01, "power": 0.02, "power_exponent": 1.0,
+             "decrement_p": 0.07, "decrement_q": 0.12, "frequency_hz": 80.0, "softening": 0.05,
+             "softening_exponent": 2.0}
+    first, = backbone(*((amplitude, 0.01 / amplitude + 0.01 + 0.002 * amplitude)
+                        for amplitude in (10.0, 5.0, 2.5)))
+    for point in first["points"]:
+        point["frequency_hz"] = 80.0 * (1.0 - 0.0005 * point["amplitude_mm"] ** 2)
+    first |= {"signature": "edges or slip",
+              "laws": {"reference_amplitude_mm": 10.0,
+                       **{name: estimate(value) for name, value in known.items()}}}
+    second, = backbone((0.1, 0.02))
+    return [first, second | {"mode": 2, "reason": "fewer than five windows of eight cycles show it"}]
+
+
+def fit(backbones):
+    """fit.json of one stem, of culm fit --backbone."""
+    heights = [{"height_mm": height, "b1_per_cycle": estimate(-0.2)} for height in HEIGHTS_MM]
+    return {"format": "culm-fit", "version": 1, "population": None, "remarks": [],
+            "stems": [{"measurement": "T2", "length_mm": 155.0, "largest_deflection_mm": 20.0,
+                       "aspect_ratio": 50.0, "adequate_heights": 3, "heights": heights,
+                       "b1_per_cycle": estimate(-0.2), "b2_hz": estimate(80.0),
+                       "backbone": backbones}]}
+
+
 def where(predicted, decay):
     return {
         "by_height": [group(height_mm=height) for height in HEIGHTS_MM],

@@ -8,6 +8,8 @@ import unittest
 from pathlib import Path
 
 import fit_figures
+import numpy as np
+import synthetic_results
 from figure_style import FigureSkipped
 from command_results import FitError, FitResults
 from matplotlib.patches import StepPatch
@@ -72,6 +74,29 @@ class FitFigures(unittest.TestCase):
         self.assertEqual([round(y, 6) for y in line.get_ydata()], [-0.21, -0.22])
         self.assertEqual([round(x, 6) for x in line.get_xdata()], [0.333333, 0.666667])
         self.assertEqual(list(right.containers[0].lines[0].get_xdata()), [51.0, 52.0, 53.0])
+
+    def test_backbone_shows_windows_and_laws(self):
+        self.assertRaises(FigureSkipped, fit_figures.backbone_figure, FitResults(self.folder))
+        synthetic_results.write(self.folder, "fit.json",
+                                synthetic_results.fit(synthetic_results.backbone_with_laws()))
+        frequency, damping, *of_mode_2 = fit_figures.backbone_figure(FitResults(self.folder)).axes
+        for axes, expected, error in ((frequency, [76.0, 79.0, 79.75], 0.01),
+                                      (damping, [0.031, 0.022, 0.019], 0.001)):
+            windows, = axes.containers
+            self.assertEqual(list(windows.lines[0].get_xdata()), [10.0, 5.0, 2.5])
+            np.testing.assert_allclose(np.array(windows.lines[0].get_ydata(), float), expected)
+            bar = windows.lines[2][0].get_segments()[0]
+            self.assertAlmostEqual(bar[1][1] - bar[0][1], 2.0 * 1.96 * error)
+            law = axes.lines[0]  # runs through the windows at its ends
+            np.testing.assert_allclose(law.get_xdata()[[0, -1]], [2.5, 10.0])
+            np.testing.assert_allclose(law.get_ydata()[[0, -1]], [expected[2], expected[0]])
+        self.assertIn("c/A + ζ0 + ζ1 A^p, p = 1", damping.get_legend().texts[1].get_text())
+        self.assertEqual([len(axes.get_legend().texts) for axes in of_mode_2], [1, 1])
+        strain = synthetic_results.backbone_with_laws()[:1]
+        strain[0]["is_strain"] = True
+        synthetic_results.write(self.folder, "fit.json", synthetic_results.fit(strain))
+        of_strain = fit_figures.backbone_figure(FitResults(self.folder)).axes
+        self.assertEqual([axes.get_xlabel() for axes in of_strain], ["amplitude, mm/m"] * 2)
 
     def test_are_left_out_for_one_stem(self):
         self.write(stems=[stem(1)], population=None)

@@ -4,6 +4,7 @@ import contextlib
 import io
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -13,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import report
 import synthetic_results
+from backbones import SENTENCES
 from culm_archive import Study
 from report_folder import NASTY, Page, unpacked, write_everything
 from synthetic_study import INITIAL_DEFLECTION, Synthetic, write_summary
@@ -251,6 +253,22 @@ class OfMeasurements(ReportTest):
         self.assertEqual(traces[0]["y"], [0.03, 0.02])
         self.assertAlmostEqual(traces[1]["y"][0], 0.15 / 6.3, places=7)
         self.assertEqual(traces[0]["error_y"]["array"], [0.00196, 0.00196])
+
+    def test_fit_shows_backbones_with_the_sentence_of_the_program(self):
+        synthetic_results.write(self.folder, "fit.json",
+                                synthetic_results.fit(synthetic_results.backbone_with_laws()))
+        page = self.page()
+        windows, law = page.drawings()["fit-backbone-0-1-damping-ratio"]["data"]
+        self.assertEqual(windows["x"], [10.0, 5.0, 2.5])
+        np.testing.assert_allclose(windows["y"], [0.031, 0.022, 0.019], rtol=1e-6)
+        np.testing.assert_allclose([law["y"][0], law["y"][-1]], [0.019, 0.031], rtol=1e-6)
+        self.assertEqual(len(page.drawings()["fit-backbone-0-2-frequency-hz"]["data"]), 1)
+        self.assertIn("T2, mode 1: " + SENTENCES["edges or slip"], page.said())
+        self.assertIn("T2, mode 2: no laws, because fewer than five windows", page.said())
+        source = (ROOT / "src/reduce/backbone/amplitude_laws.cpp").read_text("utf-8")
+        joined = re.sub(r'"\s*\n\s*"', "", source)
+        for sentence in SENTENCES.values():
+            self.assertIn(f'return "{sentence}"', joined)
 
     def test_calibration_shows_stems_failures_and_population(self):
         synthetic_results.write_calibration(self.folder)

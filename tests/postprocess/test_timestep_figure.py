@@ -50,8 +50,6 @@ class SyntheticSteps(Synthetic):
                 "outcome": ("1", np.zeros(self.points)),
                 "decay_per_cycle": ("1", self.decay_per_cycle * (1.0 + 2.0 * SLOPE * share)),
                 "frequency": ("Hz", self.frequency * (1.0 + SLOPE * share)),
-                "predicted_decay_error": ("1", np.full(self.points, 2.0 * SLOPE * share)),
-                "predicted_frequency_error": ("1", np.full(self.points, SLOPE * share)),
             }
             table |= {f"{quantity}_at_{name}": column for quantity, column in at.items()}
         blank = np.where(self.is_completed, 0.0, np.nan)
@@ -94,20 +92,16 @@ class TimestepFigure(unittest.TestCase):
         np.testing.assert_allclose(linearised.get_ydata(), 1.0, rtol=1e-14)
         self.assertEqual(list(one.get_ydata()), [1.0, 1.0])
 
-    def test_errors_are_those_against_step_zero_with_the_predicted_ones(self):
+    def test_errors_are_those_against_step_zero(self):
         figure = timestep_figure(self.open())
         shares = np.array([float(name) for name in FRACTIONS])
         for axes, factor in ((figure.axes[2], 2.0), (figure.axes[3], 1.0)):
-            measured = [line for line in axes.lines if line.get_marker() == "o"]
-            predicted = [line for line in axes.lines if line.get_marker() == "None"]
+            measured = axes.lines
             self.assertEqual(len(measured), self.truth.is_completed.sum())
-            self.assertEqual(len(predicted), len(measured))
             for line in measured:
                 np.testing.assert_allclose(line.get_xdata(), shares, rtol=1e-14)
                 # Numbers near 1 have a rounding of 2e-16, the errors are 1e-8 and more.
                 np.testing.assert_allclose(line.get_ydata(), factor * SLOPE * shares, rtol=1e-6)
-            for line in predicted:
-                np.testing.assert_allclose(line.get_ydata(), factor * SLOPE * shares, rtol=1e-14)
 
     def test_shows_the_limits_alone_without_compared_steps(self):
         self.assertEqual(len(timestep_figure(self.open(with_steps=False)).axes), 2)

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/adequacy.hpp"
+#include "fit/chain/baseline_model.hpp"
 #include "fit/chain/stem_model.hpp"
 #include "physics/effects/library.hpp"
 #include "support/parameter_ids.hpp"

@@ -5,7 +5,6 @@
 #include "run/modes.hpp"
 
 #include <cmath>
-#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -97,22 +96,6 @@ TEST(StepComparison, HasFirstOrderErrorsOfFittedDecayAndFrequencyWithDamping) {
     // Halving the step halves the error; the second-order part is a few per cent of it here.
     EXPECT_NEAR(order(&reduce::RingDownFit::decay_per_cycle), 1.0, 0.1);
     EXPECT_NEAR(order(&reduce::RingDownFit::frequency), 1.0, 0.1);
-}
-
-TEST(StepComparison, MatchesTheFrequencyErrorOfTheLinearisedFirstMode) {
-    // At small amplitude and light damping the other modes hardly influence the fit of Eq. 1.
-    const CaseSpec spec = stem_of(1.0, 1e-4);
-    const std::int64_t coarse = steps_per_sample(spec, 0.9);
-    const auto found = fits(spec, {coarse, 2 * coarse, 4 * coarse});
-    const double converged = // first order
-        2.0 * found[2].frequency.value - found[1].frequency.value;
-    const auto theory = step_error(spec);
-    ASSERT_TRUE(theory);
-    const double step = spec.sample_interval / static_cast<double>(coarse);
-    const double measured = found[0].frequency.value / converged - 1.0;
-    EXPECT_GT(measured, 1e-6);
-    // 2.6 % of the released shape belongs to higher modes, whose errors enter the fit.
-    EXPECT_NEAR(measured / theory->at(step).frequency, 1.0, 0.05);
 }
 
 } // namespace

@@ -118,7 +118,6 @@ TEST_F(TimestepStudy, FindsLimitsLawsAndErrors) {
             EXPECT_GT(step.step, 0.9 * found.options.fractions[k] * stem.linearised());
             EXPECT_LT(std::abs(step.frequency_error), 1e-3);
             EXPECT_LT(std::abs(step.decay_error), 1e-3);
-            EXPECT_TRUE(std::isfinite(step.predicted_frequency_error));
         }
         EXPECT_GT(std::abs(stem.steps[2].frequency_error),
                   2.0 * std::abs(stem.steps[0].frequency_error));
@@ -129,8 +128,6 @@ TEST_F(TimestepStudy, FindsLimitsLawsAndErrors) {
     }
     ASSERT_TRUE(found.regression.damped_oscillator.law);
     EXPECT_LT(found.regression.damped_oscillator.law->largest_residual, 0.03);
-    ASSERT_TRUE(found.regression.power_law.law);
-    EXPECT_NEAR(found.regression.power_law.law->regression.coefficients[1].value, -0.5, 1e-6);
 }
 
 TEST_F(TimestepStudy, ErrorsDoNotDependOnYoungsModulus) {

@@ -47,10 +47,10 @@ void put_payload(const PointRecord& record, ByteWriter& writer) {
 
 } // namespace
 
-std::vector<std::byte> encode_journal_header(std::string_view identity, std::uint32_t version) {
+std::vector<std::byte> encode_journal_header(std::string_view identity) {
     ByteWriter writer;
     writer.put_bytes(std::as_bytes(std::span(journal_magic)));
-    writer.put(version);
+    writer.put(journal_version);
     writer.put_text(identity);
     writer.put(crc32(writer.bytes()));
     return writer.take();

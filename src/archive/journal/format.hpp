@@ -14,9 +14,7 @@
 
 namespace culm::archive {
 
-/// Version 2 added the marks of points being computed; version 1 is read as well.
 inline constexpr std::uint32_t journal_version = 2;
-inline constexpr std::uint32_t oldest_journal_version = 1;
 inline constexpr std::array<char, 8> journal_magic = {'C', 'U', 'L', 'M', 'J', 'R', 'N', 'L'};
 /// Bytes of the file header before the identity text: magic, version, length.
 inline constexpr std::size_t journal_prefix_size = 16;
@@ -49,8 +47,7 @@ struct RecordHeader {
 };
 
 /// Magic, version, length and text of the study's identity, CRC-32 of all that.
-[[nodiscard]] std::vector<std::byte> encode_journal_header(std::string_view identity,
-                                                           std::uint32_t version = journal_version);
+[[nodiscard]] std::vector<std::byte> encode_journal_header(std::string_view identity);
 
 /// Header and payload of a record in one block, ready for one write. Replaces the content of
 /// `bytes` and reuses its memory.

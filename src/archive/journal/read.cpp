@@ -125,15 +125,10 @@ bool is_all_zero(const FileDescriptor& file, std::uint64_t size) {
 /// Any other incomplete header may be followed by records, so the file must be kept.
 bool header_was_never_finished(const FileDescriptor& file, std::string_view identity) {
     const std::uint64_t size = file.size();
-    for (std::uint32_t version = oldest_journal_version; version <= journal_version; ++version) {
-        const std::vector<std::byte> expected = encode_journal_header(identity, version);
-        if (size >= expected.size())
-            continue;
-        const std::vector<std::byte> found = bytes_at(file, 0, size);
-        if (std::equal(found.begin(), found.end(), expected.begin()))
-            return true;
-    }
-    return is_all_zero(file, size);
+    const std::vector<std::byte> expected = encode_journal_header(identity);
+    const std::vector<std::byte> found = bytes_at(file, 0, std::min(size, expected.size()));
+    return (size < expected.size() && std::ranges::equal(found, std::span(expected).first(size))) ||
+           is_all_zero(file, size);
 }
 
 /// Whether the file ends within the header of any study.
@@ -164,12 +159,11 @@ HeaderText read_header(const FileDescriptor& file) {
         throw core::StorageError(fmt::format("{} is not a culm journal", name));
     ByteReader prefix(std::span<const std::byte>(bytes).subspan(magic.size()), name);
     const auto version = prefix.get<std::uint32_t>();
-    if (version < oldest_journal_version || version > journal_version)
+    if (version != journal_version)
         throw core::StorageError(fmt::format(
-            "{} has journal format version {}; this culm reads versions {} to {}. Continue "
-            "with the culm that began the study, or move the file away to compute its "
-            "points again",
-            name, version, oldest_journal_version, journal_version));
+            "{} has journal format version {}; this culm reads version {}. Continue with the culm "
+            "that began the study, or move the file away to compute its points again",
+            name, version, journal_version));
     const auto text_size = prefix.get<std::uint32_t>();
     const std::uint64_t size = journal_prefix_size + std::uint64_t{text_size} + sizeof(version);
     if (size <= file.size()) {

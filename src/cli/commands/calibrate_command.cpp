@@ -231,7 +231,8 @@ std::string calibrations_text(const CalibrationPlan& plan, const std::vector<Ste
         present::rig_effects_text(plan.shared.effects) + present::calibration_table_head();
     for (const StemAnswer& answer : answers)
         text += answer.line;
-    text += "(± is half of the 95 % interval)\n";
+    text += "(± is half of the 95 % interval; still air: its bias of Y, which --with still_air "
+            "removes)\n";
     if (population)
         text += present::population_text(*population);
     for (std::size_t i = 0; i < answers.size(); ++i)

@@ -18,9 +18,7 @@ void add_track_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char
     add_option(*command, "--threads", arguments->threads, "N",
                "Threads that share the frames of one video (default: all cores)")
         ->check(CLI::Range(1, 1024));
-    command->add_flag("--overlay", arguments->with_video,
-                      "Also write overlay.avi: every kept frame with the tracked axis");
-    command->add_flag("-q,--quiet", arguments->is_quiet, "No estimate of the cost, no progress");
+    command->add_flag("-q,--quiet", arguments->is_quiet, "No progress");
     command->callback(
         [arguments, &exit_code, &argc, &argv] { exit_code = run_track(*arguments, argc, argv); });
 }

@@ -166,48 +166,40 @@ void superpose_higher_modes(const StemModel& model, std::span<const double> time
     std::vector<integrate::VibrationMode> modes;
     for (const run::ShapedMode& each : chain)
         modes.push_back(each.mode);
-    // The motions with each free parameter changed a little.
-    struct Changed {
-        std::size_t parameter;
-        std::vector<Motion> motions; ///< (modes)
-        double change;               ///< of the coordinate
+    // (times, rows) of a case with these modes of its chain.
+    const auto readings_of = [&](const run::CaseSpec& of,
+                                 const std::vector<integrate::VibrationMode>& its) {
+        std::vector<double> readings(times.size() * prediction.rows, 0.0);
+        for (std::size_t k = 1; k < chain.size(); ++k) {
+            const Motion motion(of.higher_modes[k - 1], chain_frequency(its, k));
+            for (std::size_t at = 0; at < readings.size(); ++at) {
+                const std::size_t j = at % prediction.rows;
+                const int order = of.sensors.empty() ? 0 : of.sensors[j].time_derivatives();
+                readings[at] += chain[k].reading[j] * motion.at(times[at / prediction.rows], order);
+            }
+        }
+        return readings;
     };
-    const auto motions_of = [&](const run::CaseSpec& of,
-                                const std::vector<integrate::VibrationMode>& its) {
-        std::vector<Motion> motions;
-        for (std::size_t k = 1; k < chain.size(); ++k)
-            motions.emplace_back(of.higher_modes[k - 1], chain_frequency(its, k));
-        return motions;
-    };
-    std::vector<Changed> changes;
+    const std::vector<double> here = readings_of(spec, modes);
+    for (std::size_t at = 0; at < here.size(); ++at)
+        prediction.readings[at] += here[at];
     for (std::size_t p = 0; p < model.parameters.size(); ++p) {
         const FreeParameter& parameter = model.parameters[p];
-        const physics::ParameterId& id = parameter.access.id;
-        if (id == physics::tip_deflection)
+        if (parameter.access.id == physics::tip_deflection)
             continue;
         const double value = parameter.access.get(spec);
         const double size = parameter.access.scale > 0.0 ? parameter.access.scale : std::abs(value);
         run::CaseSpec moved = spec;
         parameter.access.set(moved, value + small_change * size);
         const bool is_own = physics::is_of_higher_mode(parameter.access.id);
-        changes.push_back({p, motions_of(moved, is_own ? modes : run::chain_modes(moved, count)),
-                           to_coordinate(parameter.fitted_as, value + small_change * size) -
-                               to_coordinate(parameter.fitted_as, value)});
+        const std::vector<double> changed =
+            readings_of(moved, is_own ? modes : run::chain_modes(moved, count));
+        const double change = to_coordinate(parameter.fitted_as, value + small_change * size) -
+                              to_coordinate(parameter.fitted_as, value);
+        for (std::size_t at = 0; at < here.size(); ++at)
+            prediction.jacobian[at * prediction.parameters + p] +=
+                (changed[at] - here[at]) / change;
     }
-    const std::vector<Motion> here = motions_of(spec, modes);
-    for (std::size_t k = 0; k < here.size(); ++k)
-        for (std::size_t j = 0; j < prediction.rows; ++j) {
-            const int order = spec.sensors.empty() ? 0 : spec.sensors[j].time_derivatives();
-            const double shape = chain[k + 1].reading[j];
-            for (std::size_t i = 0; i < times.size(); ++i) {
-                const std::size_t at = i * prediction.rows + j;
-                const double reading = shape * here[k].at(times[i], order);
-                prediction.readings[at] += reading;
-                for (const Changed& each : changes)
-                    prediction.jacobian[at * prediction.parameters + each.parameter] +=
-                        (shape * each.motions[k].at(times[i], order) - reading) / each.change;
-            }
-        }
 }
 
 } // namespace culm::fit

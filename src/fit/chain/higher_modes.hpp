@@ -25,7 +25,6 @@
 // compensate each other. e^(−γt) is the amplitude of mode 1 only if that decays exponentially.
 #pragma once
 
-#include "fit/chain/prediction.hpp"
 #include "fit/chain/stem_model.hpp"
 
 #include <span>

@@ -2,17 +2,13 @@
 #include "fit/chain/stem_model.hpp"
 
 #include "core/error.hpp"
-#include "fit/chain/first_motion.hpp"
-#include "fit/chain/higher_modes.hpp"
 #include "physics/effects/library.hpp"
 #include "run/case_model.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>
 #include <cmath>
-#include <complex>
 #include <limits>
-#include <numbers>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -23,16 +19,8 @@ namespace culm::fit {
 
 namespace {
 
-/// Samples per cycle of the first mode. The second mode then has 19 samples per cycle, and its
-/// interpolation error is 3e-4 of its amplitude.
-constexpr double samples_per_cycle = 120.0;
-constexpr double largest_release_shift = 1.5; // frames
-constexpr double release_coverage = 3.0;      // standard uncertainties of the release
 /// Share of the bonds' damping that remains at least if an effect adds damping.
 constexpr double smallest_damping_share = 0.05;
-/// Rates and strains show higher modes, which need denser samples.
-constexpr double share_for_sensors = 0.5;
-
 constexpr double standard_gravity = 9.80665; // m/s²
 
 /// The active effect of this name in a case.
@@ -79,27 +67,6 @@ void set_stated_values(const physics::SelectedEffect& selected,
             active.values[k] = stated_gravity(parameters[k].stated_by, measurement);
         else if (parameters[k].stated_by == physics::StatedBy::HoldTime && !selected.fixed[k])
             active.values[k] = measurement.hold_time.value_or(active.values[k]);
-}
-
-/// A frequency with a relative error of 1/N is a cycle off after N cycles, and no gradient leads
-/// back: a start keeps the first mode of the readings.
-void set_first_mode(double frequency, double decay_rate, StemModel& model) {
-    constexpr int passes = 3; // an effect's share of the stiffness depends on Y
-    physics::StemParameters<double>& stem = model.spec.stem;
-    for (int pass = 0; pass < passes; ++pass) {
-        const double ratio = frequency / run::lightly_damped_mode(model.spec).frequency;
-        if (!std::isfinite(ratio))
-            return;
-        stem.bond_youngs_modulus *= ratio * ratio;
-    }
-    run::CaseSpec half = model.spec;
-    half.stem.bond_damping *= 0.5;
-    const double now = run::lightly_damped_mode(model.spec).decay_rate;
-    // The decay is linear in β.
-    const double from_bonds = 2.0 * (now - run::lightly_damped_mode(half).decay_rate);
-    if (from_bonds < 0.0)
-        stem.bond_damping *=
-            std::max(1.0 - (now - decay_rate) / from_bonds, smallest_damping_share);
 }
 
 } // namespace
@@ -169,6 +136,25 @@ StemModel with_error_terms(StemModel model, const ObservedRecording& recording) 
     return model;
 }
 
+void set_first_mode(double frequency, double decay_rate, StemModel& model) {
+    constexpr int passes = 3; // an effect's share of the stiffness depends on Y
+    physics::StemParameters<double>& stem = model.spec.stem;
+    for (int pass = 0; pass < passes; ++pass) {
+        const double ratio = frequency / run::lightly_damped_mode(model.spec).frequency;
+        if (!std::isfinite(ratio))
+            return;
+        stem.bond_youngs_modulus *= ratio * ratio;
+    }
+    run::CaseSpec half = model.spec;
+    half.stem.bond_damping *= 0.5;
+    const double now = run::lightly_damped_mode(model.spec).decay_rate;
+    // The decay is linear in β.
+    const double from_bonds = 2.0 * (now - run::lightly_damped_mode(half).decay_rate);
+    if (from_bonds < 0.0)
+        stem.bond_damping *=
+            std::max(1.0 - (now - decay_rate) / from_bonds, smallest_damping_share);
+}
+
 void keep_first_mode(const run::CaseSpec& wanted, StemModel& model) {
     const integrate::VibrationMode mode = run::lightly_damped_mode(wanted);
     set_first_mode(mode.frequency, mode.decay_rate, model);
@@ -178,54 +164,6 @@ StemModel with_spheres(StemModel model, int spheres) {
     const run::CaseSpec before = model.spec;
     model.spec = with_spheres(std::move(model.spec), spheres);
     keep_first_mode(before, model);
-    return model;
-}
-
-StemModel baseline_model(const measure::Measurement& measurement, const ChainOptions& options) {
-    if (const std::string doubt = measure::doubt_of_zero(measurement, true); !doubt.empty())
-        throw core::InputError(fmt::format("{}: {}", measurement.stem.id, doubt));
-    StemChain chain = chain_of(measurement, options);
-    StemModel model{chain.spec, baseline_free_parameters(), 0.0, 0.0, std::move(chain.remarks), {},
-                    {}};
-    model.exposure = measurement.exposure.value_or(0.0);
-    model.release_time_bound =
-        std::max(largest_release_shift * frame_period(measurement),
-                 release_coverage * measurement.release_uncertainty.value_or(0.0));
-
-    const RowRingDown ring_down = measured_ring_down(measurement);
-    // b2 is the damped frequency and b1/b2 = −2π ζ/√(1 − ζ²).
-    const double decay =
-        std::max(-ring_down.fit.decay_per_cycle.value, 0.0) / (2.0 * std::numbers::pi);
-    const double frequency = ring_down.fit.frequency.value * std::hypot(1.0, decay); // undamped, Hz
-    run::CaseSpec& spec = model.spec;
-    const double damping_ratio = decay / std::hypot(1.0, decay);
-    set_first_mode(frequency, ring_down.fit.decay_rate.value, model);
-    spec.stem.bond_damping = 1.0;
-    // M = E I (κ + τ κ̇) damps a mode of angular frequency ω by ζ = ωτ/2.
-    const double wanted = damping_ratio / (std::numbers::pi * frequency);
-    spec.stem.bond_damping = std::max(wanted / damping_time(spec), 1e-3);
-    set_first_mode(frequency, ring_down.fit.decay_rate.value, model);
-    spec.sample_interval = 1.0 / (samples_per_cycle * frequency);
-    if (!measurement.sensors.empty())
-        spec.sample_interval *= share_for_sensors;
-    if (measurement.release == measure::ReleaseKind::HeldStraight) {
-        model.parameters.pop_back(); // the tip's deflection before the release
-        spec.tip_deflection = 0.0;
-        return model;
-    }
-    if (measurement.sensors.empty()) {
-        spec.tip_deflection = released_deflection(measurement);
-    } else {
-        const std::complex<double> motion = tip_motion(measurement, ring_down);
-        spec.tip_deflection = std::abs(motion) * std::cos(std::arg(motion));
-    }
-    if (measurement.release == measure::ReleaseKind::Moving)
-        release_before(measurement, ring_down, model);
-    FreeParameter& deflection = model.parameters.back();
-    deflection.upper = 0.95 * measurement.stem.length;
-    deflection.lower = -deflection.upper;
-    if (measurement.release == measure::ReleaseKind::Moving)
-        add_higher_modes(measurement, 2.0 * damping_ratio, model);
     return model;
 }
 

@@ -73,14 +73,6 @@ struct ChainPrediction {
 /// The computed case as a model without free parameters and error terms.
 [[nodiscard]] StemModel fixed_model(StemModel model);
 
-/// The published chain of a measured stem with free Y, β, tip deflection (unless the stem was held
-/// straight) and release time. Y and β start from Eq. 1 (with a free phase) through the formulas of
-/// a slender beam, the tip deflection from the frames about the release through a cantilever's
-/// shape. Throws core::InputError if the stem cannot be a chain, core::NumericalError (FitFailed)
-/// if Eq. 1 finds no vibration at any height.
-[[nodiscard]] StemModel baseline_model(const measure::Measurement& measurement,
-                                       const ChainOptions& options = {});
-
 /// The number `parameter` of the effect of that name in a case, called "effect.parameter", with the
 /// bounds and the scale that suit the stem. The bounds for any stem span many decades, and a value
 /// that is small for all stems would count as lying at a bound. The case must contain the effect
@@ -118,6 +110,12 @@ using SelectedEffects = std::vector<physics::SelectedEffect>;
 /// The model for a recording with error terms: those that it has keep their values, the others are
 /// 0.
 [[nodiscard]] StemModel with_error_terms(StemModel model, const ObservedRecording& recording);
+
+/// Changes Y and β until the first mode has this frequency (Hz, without damping) and decay rate
+/// (1/s, negative), to first order in the damping. A frequency with a relative error of 1/N is a
+/// cycle off after N cycles, and no gradient leads back: a start keeps the first mode of the
+/// readings.
+void set_first_mode(double frequency, double decay_rate, StemModel& model);
 
 /// Changes Y and β until the model's case has the frequency and decay of the first mode of
 /// `wanted`, to first order in the damping.

@@ -9,9 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include <Eigen/Eigenvalues>
-#include <boost/math/special_functions/gamma.hpp>
-
 namespace culm::fit {
 
 namespace {
@@ -49,16 +46,6 @@ class GroupSum {
     double squares_ = 0.0;
     double whitened_ = 0.0;
 };
-
-/// P(TW1 ≥ x) by the gamma distribution with the same first three moments (Chiani 2014, J.
-/// Multivariate Anal. 129:69-81, Table 1).
-double tracy_widom_tail(double x) {
-    constexpr double shape = 46.446;
-    constexpr double scale = 0.186054;
-    constexpr double shift = 9.84801;
-    const double place = (x + shift) / scale;
-    return place <= 0.0 ? 1.0 : boost::math::gamma_q(shape, place);
-}
 
 } // namespace
 
@@ -147,27 +134,6 @@ double effective_degrees_of_freedom(const Eigen::MatrixXd& whitened, std::size_t
         std::min(static_cast<double>(rows), noise_spread * trace * trace / between.squaredNorm());
     return std::clamp(share / weights * static_cast<double>(frames) * independent_rows, 1.0,
                       std::max(entries, 1.0));
-}
-
-SpatialPattern spatial_pattern(const Eigen::MatrixXd& whitened) {
-    SpatialPattern pattern;
-    pattern.shape = Eigen::VectorXd::Zero(whitened.cols());
-    const double total = whitened.squaredNorm();
-    if (whitened.cols() < 2 || whitened.rows() < 10 || !(total > 0.0))
-        return pattern;
-    const auto n = static_cast<double>(whitened.rows());
-    const auto m = static_cast<double>(whitened.cols());
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(whitened.transpose() * whitened);
-    const double largest = solver.eigenvalues()(whitened.cols() - 1);
-    pattern.shape = solver.eigenvectors().col(whitened.cols() - 1);
-    pattern.share = largest / total;
-    // Johnstone (2001), Theorem 1.1: (λ₁ − centre)/width tends to the Tracy-Widom law. The unknown
-    // variance is the table's own mean square, so λ₁ is counted in units of total/(n m).
-    const double root = std::sqrt(n - 1.0) + std::sqrt(m);
-    const double centre = root * root;
-    const double width = root * std::cbrt(1.0 / std::sqrt(n - 1.0) + 1.0 / std::sqrt(m));
-    pattern.p_value = tracy_widom_tail((pattern.share * n * m - centre) / width);
-    return pattern;
 }
 
 } // namespace culm::fit

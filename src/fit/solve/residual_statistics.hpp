@@ -44,15 +44,4 @@ struct ResidualGroup {
 [[nodiscard]] double effective_degrees_of_freedom(const Eigen::MatrixXd& whitened,
                                                   std::size_t lags);
 
-struct SpatialPattern {
-    double p_value = 1.0;  ///< of a first singular value at least as large, if all is white noise
-    double share = 0.0;    ///< of the first singular value's square in the sum of all
-    Eigen::VectorXd shape; ///< (rows), of length 1: the pattern over the heights, over the noise
-};
-
-/// Compares the first singular value of the table with that of white noise of the same overall
-/// size: Johnstone's (2001) centring and scaling, and the Tracy-Widom law of order 1 as a shifted
-/// gamma distribution (Chiani 2014), accurate to 1e-3. Needs two rows or more.
-[[nodiscard]] SpatialPattern spatial_pattern(const Eigen::MatrixXd& whitened);
-
 } // namespace culm::fit

@@ -2,6 +2,7 @@
 #include "fit/start/coarse_chain.hpp"
 
 #include "core/error.hpp"
+#include "fit/chain/baseline_model.hpp"
 #include "fit/chain/prediction.hpp"
 #include "fit/linear/scaled_solve.hpp"
 #include "fit/linear/weighted_system.hpp"

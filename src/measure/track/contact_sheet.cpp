@@ -11,7 +11,6 @@
 #include <fmt/core.h>
 #include <opencv2/imgcodecs.hpp>
 #include <opencv2/imgproc.hpp>
-#include <opencv2/videoio.hpp>
 
 namespace culm::measure {
 namespace {
@@ -144,25 +143,6 @@ void write_contact_sheet(const std::filesystem::path& file, const Track& track) 
         is_written = false;
     }
     if (!is_written)
-        throw core::StorageError(fmt::format("{}: cannot be written", file.string()));
-}
-
-void write_overlay_video(const std::filesystem::path& file, const Track& track) {
-    const auto source = open_frames(track.settings.file.parent_path(), track.settings.frames);
-    const double enlargement = std::clamp(std::floor(800.0 / track.survey.frame_height), 1.0, 3.0);
-    std::vector<std::size_t> chosen;
-    for (std::size_t k = track.first_kept; k <= track.last_kept; ++k)
-        chosen.push_back(k);
-    cv::VideoWriter video;
-    source->for_each(
-        source_positions(*source, track, chosen), 1, [&](std::size_t i, const FrameImage& frame) {
-            const cv::Mat picture = paint_frame(frame, chosen[i], track, enlargement);
-            if (!video.isOpened())
-                video.open(file.string(), cv::CAP_OPENCV_MJPEG,
-                           cv::VideoWriter::fourcc('M', 'J', 'P', 'G'), 25.0, picture.size());
-            video.write(picture);
-        });
-    if (!video.isOpened())
         throw core::StorageError(fmt::format("{}: cannot be written", file.string()));
 }
 

@@ -233,12 +233,10 @@ std::string summary_text(const Track& track) {
     return text + assumed_text(track);
 }
 
-void write_track(const std::filesystem::path& folder, const Track& track, bool with_video) {
+void write_track(const std::filesystem::path& folder, const Track& track) {
     write_measurement(folder, track.measurement);
     core::write_text(folder / "track.json", track_json(track).dump(2) + '\n');
     write_contact_sheet(folder / "contact_sheet.png", track);
-    if (with_video)
-        write_overlay_video(folder / "overlay.avi", track);
 }
 
 } // namespace culm::measure

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Output of `culm track` in addition to the measurement (a report, a contact sheet, an overlay),
+// Output of `culm track` in addition to the measurement (a report, a contact sheet),
 // and a first look at a recording without scale and specimen for `culm setup`.
 #pragma once
 
@@ -24,17 +24,14 @@ namespace culm::measure {
 /// A few lines for the screen: what was tracked, release, rest, noise, and all remarks.
 [[nodiscard]] std::string summary_text(const Track& track);
 
-/// Writes stem.toml, deflection.csv, track.json and contact_sheet.png into the folder, and
-/// overlay.avi if asked for. Throws core::StorageError.
-void write_track(const std::filesystem::path& folder, const Track& track, bool with_video);
+/// Writes stem.toml, deflection.csv, track.json and contact_sheet.png into the folder. Throws
+/// core::StorageError.
+void write_track(const std::filesystem::path& folder, const Track& track);
 
 /// Writes a PNG: sixteen frames from just before the release to the end, on each the tracked axis,
-/// its clamp and its rest line, and below them the deflections at all heights over time. Reads the
-/// frames again. Throws core::StorageError if the file cannot be written.
+/// its clamp and its rest line. Reads the frames again. Throws core::StorageError if the file
+/// cannot be written.
 void write_contact_sheet(const std::filesystem::path& file, const Track& track);
-
-/// Writes a video (Motion JPEG in AVI, 25 frames/s) of all kept frames with the tracked axis.
-void write_overlay_video(const std::filesystem::path& file, const Track& track);
 
 /// Finds the stem with the tracker's own survey and first pass. The stem's width, which the tracker
 /// computes from the scale, is the one of some widths at which the stem is clearest. In a

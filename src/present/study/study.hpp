@@ -22,8 +22,7 @@ namespace culm::present {
 /// Writes summary.json and fits.csv (one line per point) into the folder.
 void write_summary(const study::StudyFolder& folder, const study::StudySummary& summary);
 
-/// Writes summary.json, limits.csv (one line per completed point) and step_errors.csv (one line per
-/// completed point and fraction) into the folder.
+/// Writes summary.json into the folder.
 void write_summary(const study::StudyFolder& folder, const study::TimestepSummary& summary);
 
 /// The two laws of the paper with their intervals and the published values, the terms that the

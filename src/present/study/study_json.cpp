@@ -175,36 +175,6 @@ void describe_errors_at(To& to, const TimestepSummary& summary, std::size_t k) {
     to("no_fit", [&] { return summary.count(k, StepOutcome::NoFit); });
     add("decay_error", &StepResult::decay_error);
     add("frequency_error", &StepResult::frequency_error);
-    add("predicted_decay_error", &StepResult::predicted_decay_error);
-    add("predicted_frequency_error", &StepResult::predicted_frequency_error);
-}
-
-std::string limits_csv(const TimestepSummary& summary) {
-    std::string csv = "point,bond_youngs_modulus_pa,bond_damping,stable_s,unstable_s,transverse_s,"
-                      "axial_s,rule_s\n";
-    for (const TimestepStem& stem : summary.stems)
-        csv += fmt::format("{},{},{},{},{},{},{},{}\n", stem.point, stem.youngs_modulus,
-                           stem.bond_damping, stem.stable, stem.unstable, stem.transverse,
-                           stem.axial, stem.rule);
-    return csv;
-}
-
-std::string step_errors_csv(const TimestepSummary& summary) {
-    constexpr const char* outcomes[] = {"fitted", "unstable", "no_fit"};
-    std::string csv = "point,bond_youngs_modulus_pa,bond_damping,fraction,timestep_s,outcome,"
-                      "decay_per_cycle,frequency_hz,decay_error,frequency_error,"
-                      "predicted_decay_error,predicted_frequency_error\n";
-    for (const TimestepStem& stem : summary.stems)
-        for (std::size_t k = 0; k < stem.steps.size(); ++k) {
-            const StepResult& step = stem.steps[k];
-            csv += fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", stem.point,
-                               stem.youngs_modulus, stem.bond_damping, summary.options.fractions[k],
-                               step.step, outcomes[static_cast<int>(step.outcome)],
-                               step.decay_per_cycle, step.frequency, step.decay_error,
-                               step.frequency_error, step.predicted_decay_error,
-                               step.predicted_frequency_error);
-        }
-    return csv;
 }
 
 /// The members that the summaries of all kinds of studies have.
@@ -274,7 +244,6 @@ void describe(To& to, const TimestepSummaryFile& of) {
         describe_limit_law(to, "damped_oscillator", laws.damped_oscillator,
                            "(tau/dt)^2 = A + B beta (tau/dt)");
         describe_limit_law(to, "rule_form", laws.rule_form, "dt = tau/(a + b beta)");
-        describe_limit_law(to, "power_law", laws.power_law, "ln dt = ln_c + p ln Y + q ln beta");
     });
     to.list(
         "errors", [&] { return std::views::iota(std::size_t{0}, fractions.size()); },
@@ -319,8 +288,6 @@ void write_summary(const StudyFolder& folder, const study::StudySummary& summary
 
 void write_summary(const StudyFolder& folder, const TimestepSummary& summary) {
     core::write_text(folder.path() / "summary.json", summary_json(summary).dump(2) + '\n');
-    core::write_text(folder.path() / "limits.csv", limits_csv(summary));
-    core::write_text(folder.path() / "step_errors.csv", step_errors_csv(summary));
 }
 
 } // namespace culm::present

@@ -140,7 +140,7 @@ std::string law(const char* response, const char* predictor, const char* publish
     return text;
 }
 
-/// Number of stems on the screen; limits.csv lists all.
+/// Number of stems on the screen; study.h5 has all.
 constexpr std::size_t listed_stems = 40;
 
 std::string limits(const study::TimestepSummary& summary) {
@@ -158,8 +158,7 @@ std::string limits(const study::TimestepSummary& summary) {
                         stem.rule, stem.rule / stem.limit());
     }
     if (summary.stems.size() > listed_stems)
-        text +=
-            fmt::format("  … and {} more, see limits.csv\n", summary.stems.size() - listed_stems);
+        text += fmt::format("  … and {} more, in study.h5\n", summary.stems.size() - listed_stems);
     return text;
 }
 
@@ -179,8 +178,7 @@ std::string laws(const reduce::TimestepRegression& found) {
                "\nLaws of the bisected limit dt, tau = sqrt(m/k_n), {} stems (95 % intervals)\n",
                found.points_used) +
            law("(tau/dt)^2 = A + B beta (tau/dt)", found.damped_oscillator) +
-           law("dt = tau/(a + b beta)   (rule: 1.1, 2.9)", found.rule_form) +
-           law("ln dt = ln_c + p ln Y + q ln beta", found.power_law);
+           law("dt = tau/(a + b beta)   (rule: 1.1, 2.9)", found.rule_form);
 }
 
 /// Largest of |error| over the stems; NaN if none is known.
@@ -197,17 +195,15 @@ std::string errors(const study::TimestepSummary& summary) {
         return {};
     std::string text = fmt::format(
         "\nLargest relative error over the stems against the value extrapolated to step zero\n\n"
-        "  {:>8} {:>8} {:>9} {:>11} {:>11} {:>11} {:>11}\n",
-        "dt/limit", "fitted", "unstable", "b1", "b1 linear", "b2", "b2 linear");
+        "  {:>8} {:>8} {:>9} {:>11} {:>11}\n",
+        "dt/limit", "fitted", "unstable", "b1", "b2");
     for (std::size_t k = 0; k < summary.options.fractions.size(); ++k) {
         text +=
-            fmt::format("  {:>8.4g} {:>8} {:>9} {:>11.2e} {:>11.2e} {:>11.2e} {:>11.2e}\n",
+            fmt::format("  {:>8.4g} {:>8} {:>9} {:>11.2e} {:>11.2e}\n",
                         summary.options.fractions[k], summary.count(k, study::StepOutcome::Fitted),
                         summary.count(k, study::StepOutcome::Unstable),
                         largest(summary, k, &study::StepResult::decay_error),
-                        largest(summary, k, &study::StepResult::predicted_decay_error),
-                        largest(summary, k, &study::StepResult::frequency_error),
-                        largest(summary, k, &study::StepResult::predicted_frequency_error));
+                        largest(summary, k, &study::StepResult::frequency_error));
     }
     return text;
 }

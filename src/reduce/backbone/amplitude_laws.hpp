@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// How damping and frequency of a mode depend on its amplitude, in the terms of simulators (P–Q
-// damping):
+// How damping and frequency of a mode depend on its amplitude, also in the terms of simulators.
 //
 //     ζ(A) = c/A + ζ0 + ζ1 A^p,     f(A) = f0 (1 − ε A^q).
 //

@@ -137,16 +137,8 @@ MatrixXd covariance_of(const Projection& at, std::size_t lags, double freedom) {
                                .solve(MatrixXd::Identity(at.jacobian.cols(), at.jacobian.cols()));
     const MatrixXd independent = at.residual.squaredNorm() / freedom * bread;
     const MatrixXd scores = at.jacobian.array().colwise() * at.residual.array();
-    MatrixXd sum = scores.transpose() * scores;
-    const Index n = scores.rows();
-    for (std::size_t lag = 1; lag <= lags; ++lag) {
-        const auto shift = static_cast<Index>(lag);
-        const double weight = 1.0 - static_cast<double>(lag) / static_cast<double>(lags + 1);
-        const MatrixXd product =
-            scores.topRows(n - shift).transpose() * scores.bottomRows(n - shift);
-        sum += weight * (product + product.transpose());
-    }
-    const MatrixXd robust = static_cast<double>(n) / freedom * (bread * sum * bread);
+    const MatrixXd robust = static_cast<double>(scores.rows()) / freedom *
+                            (bread * lagged_sum(scores, bartlett_weights(lags)) * bread);
     const VectorXd grown =
         (robust.diagonal().cwiseQuotient(independent.diagonal())).cwiseMax(1.0).cwiseSqrt();
     return grown.asDiagonal() * independent * grown.asDiagonal();

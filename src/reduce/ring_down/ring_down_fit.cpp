@@ -171,21 +171,6 @@ struct FitCovariances {
     }
 };
 
-/// Σ w(lag) Σ_t (a_t b_{t+lag}ᵀ + transpose) over the rows of `rows`; lag 0 once.
-Eigen::MatrixXd lagged_sum(const Eigen::MatrixXd& rows, std::span<const double> weights) {
-    const Eigen::Index n = rows.rows();
-    Eigen::MatrixXd sum = weights[0] * (rows.transpose() * rows);
-    for (std::size_t lag = 1; lag < weights.size(); ++lag) {
-        const auto shift = static_cast<Eigen::Index>(lag);
-        if (shift >= n)
-            break;
-        const Eigen::MatrixXd product =
-            rows.topRows(n - shift).transpose() * rows.bottomRows(n - shift);
-        sum += weights[lag] * (product + product.transpose());
-    }
-    return sum;
-}
-
 /// (JᵀJ)⁻¹ by QR of the scaled columns; refuses a Jacobian that is rank deficient.
 Eigen::MatrixXd inverse_normal_matrix(const Eigen::MatrixXd& jacobian) {
     const Eigen::Index count = jacobian.cols();
@@ -217,11 +202,9 @@ FitCovariances fit_covariances(const RingDownProblem& problem, std::size_t lags)
     // The sandwich (JᵀJ)⁻¹ M (JᵀJ)⁻¹ with M the covariance of Jᵀe.
     std::vector<double> covariance = autocovariance(
         std::span(residuals.data(), static_cast<std::size_t>(residuals.size())), lags);
-    std::vector<double> weights(covariance.size());
-    for (std::size_t lag = 0; lag < weights.size(); ++lag) {
-        weights[lag] = 1.0 - static_cast<double>(lag) / static_cast<double>(lags + 1);
+    const std::vector<double> weights = bartlett_weights(lags);
+    for (std::size_t lag = 0; lag < covariance.size(); ++lag)
         covariance[lag] *= weights[lag];
-    }
     const Eigen::MatrixXd scores = jacobian.array().colwise() * residuals.array();
     covariances.stationary = n / freedom * (bread * lagged_sum(jacobian, covariance) * bread);
     covariances.newey_west = n / freedom * (bread * lagged_sum(scores, weights) * bread);

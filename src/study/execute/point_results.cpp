@@ -104,17 +104,11 @@ void append_comparison(const StudyConfig& config, const run::CaseSpec& point, do
     const std::vector<std::int64_t> counts = steps_per_sample(config.timestep, spec, limit);
     const std::vector<run::CaseOutcome> outcomes =
         run::simulate_with_steps(spec, counts, heartbeat);
-    const auto theory = run::step_error(spec);
     for (std::size_t k = 0; k < counts.size(); ++k) {
         const StepFit fit = fit_of(spec, outcomes[k], config.reduce);
         const double step = spec.sample_interval / static_cast<double>(counts[k]);
-        const integrate::StepError predicted =
-            theory ? theory->at(step)
-                   : integrate::StepError{std::numeric_limits<double>::quiet_NaN(),
-                                          std::numeric_limits<double>::quiet_NaN()};
         values.insert(values.end(),
-                      {step, static_cast<double>(fit.outcome), fit.decay_per_cycle, fit.frequency,
-                       predicted.decay_per_cycle, predicted.frequency});
+                      {step, static_cast<double>(fit.outcome), fit.decay_per_cycle, fit.frequency});
     }
 }
 
@@ -143,8 +137,6 @@ std::vector<archive::Column> timestep_columns(const TimestepOptions& options) {
         add("outcome", "1", "0 fitted, 1 unstable, 2 no fit of Eq. 1");
         add("decay_per_cycle", "1", "b1/b2");
         add("frequency", "Hz", "b2");
-        add("predicted_decay_error", "1", "relative error of b1/b2 of the linearised first mode");
-        add("predicted_frequency_error", "1", "relative error of b2 of the linearised first mode");
     }
     return columns;
 }

@@ -65,8 +65,6 @@ void read_steps(const Results& results, const std::vector<double>& fractions, Ti
         step.outcome = static_cast<StepOutcome>(std::lround(at("outcome")));
         step.decay_per_cycle = at("decay_per_cycle");
         step.frequency = at("frequency");
-        step.predicted_decay_error = at("predicted_decay_error");
-        step.predicted_frequency_error = at("predicted_frequency_error");
         stem.steps.push_back(step);
         steps.push_back(step.step);
         decays.push_back(step.decay_per_cycle);

@@ -121,8 +121,6 @@ struct StepResult {
     double frequency = 0.0; ///< Hz
     double decay_error = 0.0;
     double frequency_error = 0.0;
-    double predicted_decay_error = 0.0;     ///< of the linearised first mode
-    double predicted_frequency_error = 0.0; ///< of the linearised first mode
 };
 
 /// One completed point.

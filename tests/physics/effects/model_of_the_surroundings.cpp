@@ -2,7 +2,7 @@
 // Changes of the chain's coefficients by clamp, air, weight, release and camera.
 #include "core/error.hpp"
 #include "effect_bench.hpp"
-#include "physics/effects/laws/still_air.hpp"
+#include "physics/effects/air.hpp"
 #include "physics/energy.hpp"
 #include "support/dissipated_power.hpp"
 #include "support/random_chain_state.hpp"

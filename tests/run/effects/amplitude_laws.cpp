@@ -5,7 +5,7 @@
 // order of its share of the energies.
 #include "beam_theory.hpp"
 #include "free_vibration.hpp"
-#include "physics/effects/laws/still_air.hpp"
+#include "physics/effects/air.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "run/modes.hpp"
 

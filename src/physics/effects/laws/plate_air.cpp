@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The air at the sharp edges of a plate: drag and added mass that depend on the amplitude.
 #include "core/error.hpp"
-#include "physics/effects/effect.hpp"
-#include "physics/effects/laws/air.hpp"
+#include "physics/effects/air.hpp"
 #include "physics/effects/stem_scales.hpp"
 
 #include <cmath>

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The air around a stem that swings little: added mass and viscous loss, both without a free size.
-#include "physics/effects/laws/still_air.hpp"
-
-#include "physics/effects/effect.hpp"
-#include "physics/effects/laws/air.hpp"
+#include "physics/effects/air.hpp"
 #include "physics/effects/stem_scales.hpp"
 
 #include <algorithm>
