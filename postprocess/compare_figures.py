@@ -18,6 +18,7 @@ from pathlib import Path
 
 import numpy as np
 
+from backbones import QUANTITIES, amplitude_label, draw_points, points_of
 from command_results import Comparison, ComparisonError, name_of, numbers
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
 from figure_style import FigureSkipped, leave_room_above, literal, mark, new_figure, styled
@@ -107,34 +108,22 @@ def spectrum_figure(comparison: Comparison):
     return figure
 
 
-def draw_backbone(axes, backbones: list[dict], key: str, error: str | None, **style):
-    """The number `key` of mode 1 against its amplitude; `error`: key of its standard error."""
-    points = backbones[0]["points"] if backbones else []
-    if not points:
-        return
-    axes.errorbar([point["amplitude_mm"] for point in points], [point[key] for point in points],
-                  yerr=[1.96 * point[error] for point in points] if error else None, **style)
-
-
 @styled
 def amplitude_figure(comparison: Comparison):
     """The backbone of mode 1, measured and modelled."""
     measured = comparison.rungs[-1]["where"]["backbone"]["measured"]
-    if not measured or not measured[0]["points"]:
+    if not points_of(measured):
         raise FigureSkipped("the record is too short for windows of eight cycles.")
     figure = new_figure(2.8, comparison.measurement)
     panels = figure.subplots(1, 2)
-    keys = [("frequency_hz", "frequency_stderr_hz", "frequency, Hz"),
-            ("damping_ratio", "damping_ratio_stderr", "damping ratio")]
-    for panel, letter, (key, error, label) in zip(panels, "ab", keys):
-        draw_backbone(panel, measured, key, error, fmt="o", markersize=3, color=BLACK,
-                      elinewidth=0.6, label="measured")
+    for panel, letter, (key, error, label) in zip(panels, "ab", QUANTITIES):
+        draw_points(panel, points_of(measured), key, error, fmt="o", markersize=3, color=BLACK,
+                    elinewidth=0.6, label="measured")
         for rung, colour in first_and_last(comparison):
-            draw_backbone(panel, rung["where"]["backbone"]["modelled"], key, None, fmt="-",
-                          color=colour, label=literal(name_of(rung)))
+            draw_points(panel, points_of(rung["where"]["backbone"]["modelled"]), key, None,
+                        fmt="-", color=colour, label=literal(name_of(rung)))
         panel.set_xscale("log")
-        panel.set(xlabel="amplitude, mm/m" if measured[0]["is_strain"] else "amplitude, mm",
-                  ylabel=label)
+        panel.set(xlabel=amplitude_label(measured[0]), ylabel=label)
         mark(panel, letter)
     leave_room_above(panels[1], 0.3)
     panels[1].legend(loc="upper left")

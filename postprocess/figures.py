@@ -4,10 +4,11 @@
 
 A study has regression (Eqs. 12 and 13), residuals (the paper's Fig. 8), tip_history (Fig. 7) and
 design; a time-step study has timestep; a tracked recording has displacements (Fig. 3a); measured
-stems have histories (Fig. 3b and c), population (Fig. 5) and banding (Fig. 6). Calibrations,
-comparisons and diagnoses have figures as well. The name of a figure of measurements begins with its
-file (fit_population, comparison_ladder). Writes to OUT (default: DIR) and prints each path. Exit
-codes: 0 done, 2 bad input. In a notebook call the functions; each returns a matplotlib Figure:
+stems have histories (Fig. 3b and c), population (Fig. 5), banding (Fig. 6) and backbone (frequency
+and damping against amplitude). Calibrations, comparisons and diagnoses have figures as well. The
+name of a figure of measurements begins with its file (fit_population, comparison_ladder). Writes to
+OUT (default: DIR) and prints each path. Exit codes: 0 done, 2 bad input. In a notebook call the
+functions; each returns a matplotlib Figure:
 
     from culm_archive import Study
     import figures

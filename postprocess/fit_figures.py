@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Draws the laboratory figures from a folder of `culm fit -o DIR`: fit_figures.py DIR [-o OUT].
 
-Writes histories, population and banding (Figs. 3b and c, 5 and 6 of Schramm et al., 2019) to OUT
-(default: DIR) and prints each path. Exit codes: 0 done, 2 bad input.
+Writes histories, population and banding (Figs. 3b and c, 5 and 6 of Schramm et al., 2019), and
+backbone for `culm fit --backbone`, to OUT (default: DIR) and prints each path. Exit codes: 0 done,
+2 bad input.
 """
 from __future__ import annotations
 
@@ -16,6 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
+from backbones import QUANTITIES, amplitude_label, draw_points, law_curve, law_text
 from command_results import (PUBLISHED_B1_PER_CYCLE, PUBLISHED_B2_HZ, FitError, FitResults,
                              TrackResults, heights_of)
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
@@ -25,8 +27,10 @@ from palette import BLACK, BLUE, COLOUR_MAP, GREY, VERMILLION, number
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
+from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, ScalarFormatter
 
 MOST_CYCLES = 12.0  # shown in the histories
+MODE_COLOURS = (BLUE, VERMILLION)
 
 
 @styled
@@ -153,11 +157,54 @@ def banding_figure(results: FitResults):
     return figure
 
 
+def draw_backbone(axes, backbone: dict, key: str, error: str):
+    """Windows of one mode with 95 % intervals, and the law through them."""
+    colour = MODE_COLOURS[backbone["mode"] - 1]
+    if backbone["laws"]:
+        axes.plot(*law_curve(backbone, key), color=BLACK, linewidth=0.8,
+                  label=law_text(backbone["laws"], key))
+    draw_points(axes, backbone["points"], key, error, fmt="o", markersize=3, color=colour,
+                elinewidth=0.6,
+                label=f"mode {backbone['mode']} at {number(backbone['height_mm'])} mm")
+    leave_room_above(axes, 0.25)
+    handles, labels = axes.get_legend_handles_labels()
+    axes.legend(handles[::-1], labels[::-1], loc="upper left")
+    axes.set_xscale("log")
+    axes.get_xaxis().set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes.get_xaxis().set_major_formatter(FuncFormatter(lambda value, _: number(value)))
+    axes.get_xaxis().set_minor_formatter(NullFormatter())
+    axes.get_yaxis().set_major_formatter(ScalarFormatter(useOffset=False))
+
+
+@styled
+def backbone_figure(results: FitResults, stem_number: int = 0):
+    """Frequency and damping ratio of modes 1 and 2 against their amplitude, with the laws."""
+    stem = results.stems[stem_number]
+    if "backbone" not in stem:
+        raise FigureSkipped("culm fit ran without --backbone.")
+    shown = [backbone for backbone in stem["backbone"] if backbone["points"]]
+    if not shown:
+        raise FigureSkipped(f"{stem['measurement']} has no window of eight cycles that shows a "
+                            "mode.")
+    signature = shown[0]["signature"]
+    figure = new_figure(0.4 + 2.4 * len(shown), f"{stem['measurement']}: windows of eight cycles, "
+                        "95 % intervals" + (f"; signature: {signature}" if signature else ""))
+    panels = figure.subplots(len(shown), 2, squeeze=False)
+    for row, backbone in zip(panels, shown):
+        for axes, (key, error, label) in zip(row, QUANTITIES):
+            draw_backbone(axes, backbone, key, error)
+            axes.set(xlabel=amplitude_label(backbone), ylabel=label)
+    for axes, letter in zip(panels.flat, "abcd"):
+        mark(axes, letter)
+    return figure
+
+
 TRACK_FIGURES = {"displacements": displacements_figure}
 FIGURES = {
     "histories": histories_figure,
     "population": population_figure,
     "banding": banding_figure,
+    "backbone": backbone_figure,
 }
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import matplotlib
 import numpy as np
-from matplotlib.lines import Line2D
 
 from culm_archive import Study
 from figure_style import mark, new_figure, styled
@@ -75,9 +74,8 @@ def draw_ratios(axes, limits: Limits):
 
 
 def draw_errors(axes, errors: Errors, damping: np.ndarray, quantity: str, symbol: str):
-    """|error| against Δt over the limit; lines are the linearised first mode."""
+    """|error| against Δt over the limit."""
     measured = np.abs(getattr(errors, quantity))
-    predicted = np.abs(getattr(errors, f"predicted_{quantity}"))
     levels = np.unique(damping)
     colours = matplotlib.colormaps[COLOUR_MAP](np.linspace(0.0, 0.9, levels.size))
     for level, colour in zip(levels, colours):
@@ -91,7 +89,6 @@ def draw_errors(axes, errors: Errors, damping: np.ndarray, quantity: str, symbol
                 markersize=3,
                 label=f"β = {number(level)}" if is_first else None,
             )
-            axes.plot(errors.fractions[row], predicted[row], color=colour, linewidth=0.7)
     least = 0.99 * errors.fractions.min()
     ticks = [tick for tick in (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0) if tick >= least]
     axes.set_xticks(ticks, [number(tick) for tick in ticks])
@@ -103,7 +100,7 @@ def draw_errors(axes, errors: Errors, damping: np.ndarray, quantity: str, symbol
 def timestep_figure(study: Study):
     """(a) the largest stable step over τ = √(m/k_n) against β by bisection, by the linearised chain
     and by the authors' rule; (b) both predictions over the bisected limit; (c) and (d) errors of b1
-    and b2 against the step, with lines for the linearised first mode, if steps were compared.
+    and b2 against the step, if steps were compared.
     """
     limits = limits_of(study)
     errors = errors_of(study, limits)
@@ -118,8 +115,6 @@ def timestep_figure(study: Study):
     if errors is not None:
         draw_errors(all_axes[1, 0], errors, limits.damping, "decay", "$b_1$ per cycle")
         draw_errors(all_axes[1, 1], errors, limits.damping, "frequency", "$b_2$")
-        line = Line2D([], [], color=BLACK, linewidth=0.7, label="linearised first mode")
-        all_axes[1, 0].legend(handles=[line], loc="center right")
         all_axes[1, 1].legend(loc="upper left", ncols=2)
     for letter, axes in zip("abcd", all_axes.flat):
         mark(axes, letter)

@@ -28,8 +28,6 @@ class Errors:
     fractions: np.ndarray  # (M, F), steps as taken over the linearised limit
     decay: np.ndarray  # (M, F)
     frequency: np.ndarray  # (M, F)
-    predicted_decay: np.ndarray  # (M, F)
-    predicted_frequency: np.ndarray  # (M, F)
 
 
 def is_timestep_study(study: Study) -> bool:
@@ -92,8 +90,6 @@ def errors_of(study: Study, limits: Limits) -> Errors | None:
         fractions=steps / limits.linearised[:, None],
         decay=relative_error("decay_per_cycle"),
         frequency=relative_error("frequency"),
-        predicted_decay=table("predicted_decay_error"),
-        predicted_frequency=table("predicted_frequency_error"),
     )
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from backbones import QUANTITIES, amplitude_label, column, points_of
 from checked_hdf5 import StudyError, sentence
 from command_results import numbers
 from palette import BLACK, BLUE, GREY, VERMILLION, number
@@ -174,49 +175,48 @@ def _animation_controls(place: str, models: list, frames: int) -> str:
             f"class=\"model\">{choices}</select> <output class=\"facts\"></output></div>")
 
 
-BACKBONE_KEYS = (("frequency_hz", "frequency_stderr_hz", "frequency, Hz"),
-                 ("damping_ratio", "damping_ratio_stderr", "damping ratio"))
-
-
-def _points(where: dict, side: str) -> list[dict]:
-    backbones = where["backbone"][side]
-    return backbones[0]["points"] if backbones else []
+def backbone_plots(backbone: dict, curves, name: str = "amplitude",
+                   sides: str = "measured and modelled") -> list[Plot]:
+    """Frequency and damping ratio of one mode against its amplitude; `curves`: a key → traces."""
+    points = backbone["points"]
+    amplitudes = column(points, "amplitude_mm")
+    plots = []
+    for key, error, label in QUANTITIES:
+        trace = dots(amplitudes, column(points, key), "measured", BLACK, 7)
+        trace["error_y"] = {"type": "data", "array": [half_width(point[error]) for point in points],
+                            "thickness": 1, "color": BLACK}
+        plots.append(Plot(f"{name}-{key.replace('_', '-')}", label,
+                          f"{label} against amplitude, {sides}.", [trace, *curves(key)],
+                          layout(log_axis(amplitude_label(backbone), amplitudes), axis(label),
+                                 legend=False)))
+    return plots
 
 
 def amplitude_plots(wheres: list) -> list[Plot]:
     """The backbone of mode 1; wheres: (label, member `where`, colour). The measured values are those
     of the last one."""
-    plots = []
-    measured = _points(wheres[-1][1], "measured")
-    if not measured:
+    measured = wheres[-1][1]["backbone"]["measured"]
+    if not points_of(measured):
         return []
-    amplitudes = numbers([point["amplitude_mm"] for point in measured])
-    for key, error, label in BACKBONE_KEYS:
-        trace = dots(amplitudes, numbers([point[key] for point in measured]), "measured", BLACK, 7)
-        trace["error_y"] = {"type": "data",
-                            "array": [half_width(point[error]) for point in measured],
-                            "thickness": 1, "color": BLACK}
-        traces = [trace]
-        for name, where, colour in wheres:
-            points = _points(where, "modelled")
-            if points:
-                traces.append(line(numbers([point["amplitude_mm"] for point in points]),
-                                   numbers([point[key] for point in points]), name, colour,
-                                   dash_of(colour), mode="lines+markers",
-                                   marker={"color": colour, "size": 4}))
-        unit = "mm/m" if wheres[-1][1]["backbone"]["measured"][0]["is_strain"] else "mm"
-        plots.append(Plot(f"amplitude-{key.replace('_', '-')}", label, f"{label} against amplitude, "
-                          "measured and modelled.", traces,
-                          layout(log_axis(f"amplitude, {unit}", amplitudes), axis(label),
-                                 legend=False)))
-    return plots
+
+    def modelled(key: str) -> list[dict]:
+        models = [(name, points_of(where["backbone"]["modelled"]), colour)
+                  for name, where, colour in wheres]
+        return [line(column(points, "amplitude_mm"), column(points, key), name, colour,
+                     dash_of(colour), mode="lines+markers", marker={"color": colour, "size": 4})
+                for name, points, colour in models if points]
+
+    return backbone_plots(measured[0], modelled)
 
 
 def amplitude_table(where: dict) -> str:
+    return backbone_table(points_of(where["backbone"]["measured"]))
+
+
+def backbone_table(points: list[dict]) -> str:
     rows = [[1e3 * point["time_s"], point["amplitude_mm"], point["frequency_hz"],
-             point["damping_ratio"]] for point in _points(where, "measured")]
-    return table(["middle of the window, ms", "amplitude, mm", "frequency, Hz", "damping ratio"],
-                 rows)
+             point["damping_ratio"]] for point in points]
+    return table(["middle of the window, ms", "amplitude", "frequency, Hz", "damping ratio"], rows)
 
 
 def where_plots(wheres: list) -> list[Plot]:

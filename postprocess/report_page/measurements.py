@@ -7,17 +7,19 @@ from pathlib import Path
 
 import numpy as np
 
+from backbones import SENTENCES, law_curve, law_text
 from command_results import (PUBLISHED_B1_PER_CYCLE, PUBLISHED_B2_HZ, FitResults, TrackResults,
                              heights_of)
 from palette import BLACK, BLUE, GREEN, ORANGE, VERMILLION
 from report_page.drawing import axis, bars, dots, layout, level, line
 from report_page.markup import Plot, Section, facts, provenance_rows, shown, table
-from report_page.measured import map_plot
+from report_page.measured import backbone_plots, backbone_table, map_plot
 
 LARGEST_PICTURE = 3_000_000  # bytes of a contact sheet that the page carries
 STEM_COLOURS = (BLUE, VERMILLION, GREEN, ORANGE, BLACK, "#CC79A7")
 STEM_SYMBOLS = ("circle", "square-open", "diamond", "triangle-up", "x")
 MOST_STEMS = 12  # drawn along the height
+MOST_BACKBONES = 6  # stems whose backbones are drawn
 UNITS = {"mm": "mm", "px": "px", "hz": "Hz", "pa": "Pa", "fps": "1/s"}
 
 
@@ -97,6 +99,7 @@ def fit_section(results: FitResults, key: str, place: str) -> Section:
         _add_population(section, population)
     if stems:
         _add_banding(section, stems)
+    _add_backbones(section, [stem for stem in results.stems if stem.get("backbone")])
     provenance = provenance_rows(results.content)
     if provenance:
         section.heading("Provenance and cost")
@@ -143,3 +146,36 @@ def _add_banding(section: Section, stems: list):
         caption += f" {MOST_STEMS} of {len(stems)} stems."
     section.add_plots([Plot("banding", "", "Decay per cycle against height over length.", traces,
                             layout(axis("height / length"), axis("b1 per cycle")))], caption)
+
+
+def _add_backbones(section: Section, stems: list):
+    """Frequency and damping ratio of every mode against its amplitude, with the fitted laws."""
+    if not stems:
+        return
+    section.heading("Against the amplitude")
+    for place, stem in enumerate(stems[:MOST_BACKBONES]):
+        for backbone in stem["backbone"]:
+            title = f"{stem['measurement']}, mode {backbone['mode']}"
+            if backbone["signature"]:
+                section.paragraph(f"{title}: {SENTENCES[backbone['signature']]}")
+            if not backbone["laws"]:
+                section.paragraph(f"{title}: no laws, because {backbone['reason']}.")
+            if backbone["points"]:
+                _add_backbone(section, backbone, title, f"backbone-{place}-{backbone['mode']}")
+    if len(stems) > MOST_BACKBONES:
+        section.note(f"{MOST_BACKBONES} of {len(stems)} stems.")
+
+
+def _add_backbone(section: Section, backbone: dict, title: str, name: str):
+    def law(key: str) -> list[dict]:
+        if not backbone["laws"]:
+            return []
+        return [line(*law_curve(backbone, key), law_text(backbone["laws"], key), VERMILLION)]
+
+    legend = (("measured", BLACK, "dots"), ("fitted law", VERMILLION, "solid"))
+    section.add_plots(backbone_plots(backbone, law, name, "measured, with the fitted law"),
+                      f"{title}: frequency and damping ratio against the amplitude at "
+                      f"{shown(backbone['height_mm'])} mm, in windows of eight cycles, with 95 % "
+                      "intervals. A level line means that nothing depends on the amplitude.",
+                      backbone_table(backbone["points"]),
+                      legend if backbone["laws"] else legend[:1])

@@ -35,9 +35,7 @@ def add_timestep(section: Section, study: Study):
         section.add_plots([_error_plot(errors, "decay", "b1 per cycle"),
                            _error_plot(errors, "frequency", "b2")],
                           "Relative error against the value extrapolated to step zero, over the step in "
-                          "units of its limit. Dots are computed, crosses predicted by the "
-                          "linearised first mode. Where both agree, the step can be chosen from the "
-                          "prediction.")
+                          "units of its limit.")
 
 
 def _sentences(study: Study, limits: Limits) -> list[str]:
@@ -109,16 +107,12 @@ def _ratios(limits: Limits, texts: list[str]) -> Plot:
 
 def _error_plot(errors: Errors, quantity: str, label: str) -> Plot:
     measured = np.abs(getattr(errors, quantity))
-    predicted = np.abs(getattr(errors, f"predicted_{quantity}"))
     known = np.isfinite(measured) & (measured > 0.0)
-    traces = [dots(errors.fractions[known], measured[known], "computed", BLUE, 6),
-              dots(errors.fractions[predicted > 0.0], predicted[predicted > 0.0],
-                   "linearised first mode", VERMILLION, 6, "x-thin-open")]
+    traces = [dots(errors.fractions[known], measured[known], "computed", BLUE, 6)]
     return Plot(f"error-{quantity}", f"Error of {label}", f"Relative error of {label} against the "
                 "step over its limit.", traces,
                 layout(log_axis("Δt / linearised limit", errors.fractions[known]),
-                       log_axis(f"|relative error| of {label}",
-                                np.concatenate([measured[known], predicted[predicted > 0.0]]))))
+                       log_axis(f"|relative error| of {label}", measured[known]), legend=False))
 
 
 def _limits_table(study: Study, moduli, limits: Limits) -> str:
