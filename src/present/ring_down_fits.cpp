@@ -294,10 +294,10 @@ std::string mode_lines(const reduce::StemRingDowns& stem,
                        const std::optional<reduce::DampedModesFit>& fit) {
     if (!fit)
         return stem.id + ": no damped modes could be fitted together\n";
-    std::string text = fmt::format("{}: {} damped modes at all heights together (intervals 95 %)\n"
+    std::string text = fmt::format("{}: {} at all heights together (intervals 95 %)\n"
                                    "{:>6} {:>22} {:>22} {:>14}\n",
-                                   stem.id, fit->modes.size(), "mode", "frequency Hz",
-                                   "damping ratio", "A " + stem.unit.name);
+                                   stem.id, counted(fit->modes.size(), "damped mode"), "mode",
+                                   "frequency Hz", "damping ratio", "A " + stem.unit.name);
     for (std::size_t k = 0; k < fit->modes.size(); ++k) {
         const reduce::DampedMode& mode = fit->modes[k];
         double largest = 0.0;

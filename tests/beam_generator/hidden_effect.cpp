@@ -133,7 +133,6 @@ void add_out_of_plane(const HiddenEffect& effect, const Target& to) {
     to.terms().split_angle = effect.value("angle_deg") * std::numbers::pi / 180.0;
 }
 
-/// Effects whose recordings are drawn by name only: the lists below number the cases of the bench.
 constexpr std::array further{
     KnownEffect{"plate_air", add_plate_air},
     KnownEffect{"still_air", add_still_air},
@@ -271,6 +270,10 @@ double HiddenEffect::value(std::string_view parameter) const {
 
 std::vector<std::string> library_effects() {
     return names_of(library);
+}
+
+std::vector<std::string> further_effects() {
+    return names_of(further);
 }
 
 std::vector<std::string> outside_effects() {

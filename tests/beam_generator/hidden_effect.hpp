@@ -34,8 +34,11 @@ struct HiddenPhysics {
     CameraFaults camera;
 };
 
-/// The 18 effects of culm's library.
+/// 18 effects of culm's library, in an order that numbers the cases of the bench.
 [[nodiscard]] std::vector<std::string> library_effects();
+
+/// The other effects of the library: what depends on the amplitude, and the air.
+[[nodiscard]] std::vector<std::string> further_effects();
 
 /// Effects that no entry of the library describes: tip_magnet, lossy_cable, impact_stop,
 /// cubic_drag, curvature_damping; see beam_terms.hpp.

@@ -34,6 +34,10 @@ std::vector<std::string> hidden_names(CaseKind kind, std::uint64_t number) {
         const std::vector<std::string> names = outside_effects();
         return {names[number % names.size()]};
     }
+    case CaseKind::Further: {
+        const std::vector<std::string> names = further_effects();
+        return {names[number % names.size()]};
+    }
     }
     return {};
 }
@@ -61,13 +65,15 @@ std::string_view to_string(CaseKind kind) {
         return "pair";
     case CaseKind::Unknown:
         return "unknown";
+    case CaseKind::Further:
+        return "further";
     }
     return "null";
 }
 
 CaseKind case_kind(std::string_view name) {
     for (const CaseKind kind :
-         {CaseKind::Null, CaseKind::Single, CaseKind::Pair, CaseKind::Unknown})
+         {CaseKind::Null, CaseKind::Single, CaseKind::Pair, CaseKind::Unknown, CaseKind::Further})
         if (to_string(kind) == name)
             return kind;
     throw std::invalid_argument(fmt::format("{} is not a kind of case", name));
@@ -106,6 +112,8 @@ RandomCase random_case(std::uint64_t seed, CaseKind kind, std::uint64_t number) 
                                                : measure::GravityDirection::Transverse;
     spec.seed = seed * 1'000'003 + stream;
     for (const std::string& name : hidden_names(kind, number)) {
+        if (name == "plate_air")
+            spec.stem.width = spec.stem.diameter * dice.between(5.0, 20.0);
         spec.effects.push_back(random_effect(
             name, {spec.stem, spec.tip_deflection, spec.hold_time, spec.gravity_direction}, dice));
         spec.id += "-" + name;

@@ -11,8 +11,9 @@
 
 namespace culm::beam {
 
-/// What is hidden: nothing, one or two effects of the library, or one that the library lacks.
-enum class CaseKind { Null, Single, Pair, Unknown };
+/// What is hidden: nothing, one or two effects of the library, one that the library lacks, or one
+/// of further_effects().
+enum class CaseKind { Null, Single, Pair, Unknown, Further };
 
 [[nodiscard]] std::string_view to_string(CaseKind kind);
 /// The kind of this name. Throws std::invalid_argument if there is none.
@@ -24,9 +25,10 @@ struct RandomCase {
     RecordingSpec spec; ///< with the hidden effects
 };
 
-/// Case `number` of a seed: the same whatever was drawn before. Single and Unknown take the effects
-/// of their lists in turn, Pair takes all combinations that culm allows in turn, in a fixed
-/// shuffled order; everything else is drawn:
+/// Case `number` of a seed: the same whatever was drawn before. Single, Unknown and Further take
+/// the effects of their lists in turn (plate_air in a strip 5 to 20 times as wide as it is thick),
+/// Pair takes all combinations that culm allows in turn, in a fixed shuffled order; everything else
+/// is drawn:
 ///
 /// * stem: length 0.14 … 0.18 m, diameter 2.4 … 3.4 mm, density 100 … 180 kg/m³, Y 1.2 … 3.5 GPa,
 ///   damping ratio of mode 1 0.01 … 0.045 (wheat straw and switchgrass);

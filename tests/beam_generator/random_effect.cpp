@@ -101,7 +101,9 @@ constexpr std::array stem_effects{
 constexpr std::array outer_effects{
     Drawn{"clamp_compliance",
           [](const Pull& pull, Dice& dice) -> HiddenEffect {
-              return {"clamp_compliance", {{"stiffness_nm_rad", clamp_stiffness(pull, dice)}}};
+              // Its loss is an error of the law (law_errors.hpp).
+              return {"clamp_compliance",
+                      {{"stiffness_nm_rad", clamp_stiffness(pull, dice)}, {"loss_factor", 0.0}}};
           }},
     Drawn{"clamp_friction",
           [](const Pull& pull, Dice& dice) -> HiddenEffect {

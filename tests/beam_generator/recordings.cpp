@@ -107,8 +107,9 @@ TEST(RandomCase, FollowsFromItsSeedAndNumberAlone) {
               random_case(11, CaseKind::Pair, 4).spec.seed);
 }
 
-TEST(RandomCase, CoversEveryEffectOfTheLibraryWithSingles) {
+TEST(RandomCase, CoversEveryEffectOfTheLibrary) {
     std::vector<std::string> names = library_effects();
+    std::ranges::copy(further_effects(), std::back_inserter(names));
     std::vector<std::string> culms;
     for (const physics::EffectPointer& effect : physics::all_effects())
         // A law that contains others is drawn as one of them.
@@ -120,8 +121,9 @@ TEST(RandomCase, CoversEveryEffectOfTheLibraryWithSingles) {
 }
 
 TEST(RandomCase, HasParametersOfCulmsNamesWithinCulmsBounds) {
-    for (std::uint64_t number = 0; number < 54; ++number) {
-        const RandomCase drawn = random_case(5, CaseKind::Single, number);
+    for (std::uint64_t number = 0; number < 74; ++number) {
+        const RandomCase drawn = number < 54 ? random_case(5, CaseKind::Single, number)
+                                             : random_case(5, CaseKind::Further, number);
         const HiddenEffect& hidden = drawn.spec.effects.front();
         for (const auto& parameter : physics::effect_named(hidden.name)->parameters) {
             EXPECT_GE(hidden.value(parameter.name), parameter.lower) << hidden.name;
@@ -131,7 +133,8 @@ TEST(RandomCase, HasParametersOfCulmsNamesWithinCulmsBounds) {
 }
 
 TEST(RandomCase, CanBeRecordedInEveryKind) {
-    for (const CaseKind kind : {CaseKind::Null, CaseKind::Pair, CaseKind::Unknown})
+    for (const CaseKind kind :
+         {CaseKind::Null, CaseKind::Pair, CaseKind::Unknown, CaseKind::Further})
         for (std::uint64_t number = 0; number < 5; ++number) {
             const measure::Measurement measurement = record(random_case(2, kind, number).spec);
             // A stem that is pulled by 25 mm still reaches the highest row.

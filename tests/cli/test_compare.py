@@ -28,7 +28,7 @@ class Compare(CulmTest):
         finished = self.culm("compare", DRAG, *QUICK, "--json", "found.json")
         self.assert_exit(finished, DONE)
         self.assertRegex(finished.stdout, r"(?m)^baseline .* inadequate$")
-        self.assertIn("the measured decay per cycle goes from", " ".join(finished.stdout.split()))
+        self.assertIn("of amplitude the measured frequency goes from", " ".join(finished.stdout.split()))
         lines = finished.stdout.splitlines()
         self.assertLessEqual(len(lines), 25)
         self.assertLessEqual(max(map(len, lines)), 100)

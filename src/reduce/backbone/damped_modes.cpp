@@ -124,10 +124,9 @@ std::vector<ModeRate> changed(std::vector<ModeRate> rates, const VectorXd& step)
 }
 
 bool is_near(const std::vector<ModeRate>& rates, std::span<const ModeRate> starts) {
-    for (std::size_t k = 0; k < rates.size(); ++k)
-        if (!(std::abs(rates[k].frequency / starts[k].frequency - 1.0) < farthest))
-            return false;
-    return true;
+    return std::ranges::equal(rates, starts, [](const ModeRate& rate, const ModeRate& start) {
+        return std::abs(rate.frequency / start.frequency - 1.0) < farthest;
+    });
 }
 
 /// Covariance of the free numbers.
@@ -200,8 +199,9 @@ std::optional<RingDownParameters> strongest(const HeightHistories& of, std::size
         }
     if (samples.times.size() < 12)
         return std::nullopt;
+    const double resolved = 0.4 / core::median_interval(samples.times); // above, an alias fits too
     for (const RingDownParameters& start : ring_down_starts(samples, two_pi))
-        if (start.frequency > above)
+        if (start.frequency > above && start.frequency < resolved)
             return start;
     return std::nullopt;
 }

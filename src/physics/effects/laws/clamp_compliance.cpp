@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The clamp yields like a spring.
-#include "physics/effects/effect.hpp"
 #include "physics/effects/clamp.hpp"
+#include "physics/effects/effect.hpp"
 
 namespace culm::physics {
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Dry friction in a clamp that yields.
-#include "physics/effects/effect.hpp"
 #include "physics/effects/clamp.hpp"
+#include "physics/effects/effect.hpp"
 #include "physics/effects/stem_scales.hpp"
 
 #include <algorithm>

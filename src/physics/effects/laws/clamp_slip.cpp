@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A clamp that slips a little: it softens and damps more the higher its moment.
-#include "physics/effects/effect.hpp"
 #include "physics/effects/clamp.hpp"
+#include "physics/effects/effect.hpp"
 #include "physics/effects/stem_scales.hpp"
 
 #include <algorithm>

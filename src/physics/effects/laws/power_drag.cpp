@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Drag of the air that grows with a power of the speed between one and two.
-#include "physics/effects/effect.hpp"
 #include "physics/effects/air.hpp"
+#include "physics/effects/effect.hpp"
 
 namespace culm::physics {
 
