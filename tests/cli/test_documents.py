@@ -44,9 +44,9 @@ LEFT_OUT = {
             MINUTES,
     },
     "real-data.md": {
-        "culm calibrate strip300 --with quadratic_drag": OUTSIDE_DATA,
+        "culm fit STRIP --backbone --modes 2": OUTSIDE_DATA,
+        "culm calibrate STRIP --with still_air,plate_air": OUTSIDE_DATA,
         "culm import mapping.toml -o beam": OUTSIDE_DATA,
-        "mpirun -n 2 culm diagnose beam beam52": OUTSIDE_DATA,
     },
     "reliability.md": {
         "cmake -S . -B build/fuzz -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DCULM_FUZZ=ON "
