@@ -10,19 +10,11 @@ from pathlib import Path
 import compare_figures
 from command_results import Comparison, ComparisonError
 from figure_style import FigureSkipped
+from synthetic_results import backbone
 
 
 def estimate(value):
     return {"value": value, "stderr": 0.01}
-
-
-def backbone(*points):
-    """Of mode 1, from pairs of amplitude in mm and damping ratio."""
-    return [{"mode": 1, "height_mm": 100.0, "is_strain": False, "reason": "", "signature": None,
-             "laws": None,
-             "points": [{"time_s": 0.04, "amplitude_mm": amplitude, "damping_ratio": ratio,
-                         "damping_ratio_stderr": 0.001, "frequency_hz": 80.0,
-                         "frequency_stderr_hz": 0.01} for amplitude, ratio in points]}]
 
 
 def rung(names, ratio, decay):
