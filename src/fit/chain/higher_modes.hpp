@@ -19,7 +19,7 @@
 //     u(σ) = 0.01,  u(μ) = ln 2,  u(ρ) = 0.5, 0 ≤ ρ ≤ 1.
 //
 // The frequency remains a reading of the chain; the loss is none, because air and material damp
-// each mode by another law. What depends on the amplitude of the swing follows its decay.
+// each mode by another law. Frequency and loss change with the amplitude of the swing.
 //
 // Traps. A loss in proportion to that of the chain bends the valley of the fit: β and e^μ then
 // compensate each other. e^(−γt) is the amplitude of mode 1 only if that decays exponentially.

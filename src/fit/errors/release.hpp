@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A release by hand: each resolved mode but the first starts with an amplitude and a velocity of
-// its own. Of a motion whose release was not recorded they are parameters
-// (fit/chain/higher_modes.hpp).
+// A release by hand: each resolved mode but the first starts with its own amplitude and velocity.
+// If the release was not recorded, they are parameters (fit/chain/higher_modes.hpp).
 #pragma once
 
 #include "fit/solve/fit_result.hpp"

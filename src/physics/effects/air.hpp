@@ -40,7 +40,7 @@ struct AirProperties {
     double kinematic_viscosity = 1.5e-5; ///< m²/s, of air at 20 °C
 };
 
-/// What still air adds to a stem.
+/// Mass and resistance that still air adds to a stem.
 struct StillAir {
     double mass_per_length = 0.0;       ///< kg/m
     double resistance_per_length = 0.0; ///< force over speed, N s/m²
