@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Numbers, texts and arrays as little-endian bytes, whatever the byte order of the machine, and the
-// checksum of bytes.
+// Numbers, texts and arrays as little-endian bytes, and the checksum of bytes.
 #pragma once
 
 #include "core/error.hpp"
@@ -20,6 +19,8 @@
 #include <zlib.h>
 
 namespace culm::archive {
+
+static_assert(std::endian::native == std::endian::little, "doubles are written as they are");
 
 /// Appends values to a growing block of bytes.
 class ByteWriter {
@@ -44,12 +45,7 @@ class ByteWriter {
     /// Count (u64) and the values (IEEE 754 binary64).
     void put_doubles(std::span<const double> values) {
         put(static_cast<std::uint64_t>(values.size()));
-        if constexpr (std::endian::native == std::endian::little) {
-            put_bytes(std::as_bytes(values));
-        } else {
-            for (const double value : values)
-                put(std::bit_cast<std::uint64_t>(value));
-        }
+        put_bytes(std::as_bytes(values));
     }
     /// Reserves memory for `size` more bytes.
     void reserve(std::size_t size) { bytes_.reserve(bytes_.size() + size); }
@@ -87,14 +83,9 @@ class ByteReader {
         if (count > bytes_.size() / sizeof(double))
             throw_too_short();
         std::vector<double> values(count);
-        if constexpr (std::endian::native == std::endian::little) {
-            const std::span<const std::byte> raw = take(count * sizeof(double));
-            if (!raw.empty())
-                std::memcpy(values.data(), raw.data(), raw.size());
-        } else {
-            for (double& value : values)
-                value = std::bit_cast<double>(get<std::uint64_t>());
-        }
+        const std::span<const std::byte> raw = take(count * sizeof(double));
+        if (!raw.empty())
+            std::memcpy(values.data(), raw.data(), raw.size());
         return values;
     }
     [[nodiscard]] std::span<const std::byte> take(std::size_t size) {

@@ -3,36 +3,14 @@
 
 #include "cli/options.hpp"
 #include "core/user_files.hpp"
-#include "fit/chain/stem_chain.hpp"
 #include "physics/bond_law_options.hpp"
 #include "present/files.hpp"
-#include "present/text.hpp"
-#include "study/execute/plan.hpp"
 
 #include <filesystem>
-#include <numeric>
 
 #include <fmt/format.h>
 
 namespace culm::cli {
-namespace {
-
-/// Simulations of a stem of lab-rig, from the times with 3 and with 21 candidates.
-constexpr double simulations_for_fits = 1300.0;
-constexpr double simulations_for_candidate = 55.0;
-// Of a rod with 2050 readings and a strip with 250 000.
-constexpr double simulations_for_calibration = 1000.0;
-constexpr double seconds_per_time = 2e-4;
-constexpr double seconds_per_reading = 5e-5;
-
-double simulation_seconds(const measure::Measurement& recording, const fit::ChainOptions& chain) {
-    run::CaseSpec spec = fit::chain_of(recording, chain).spec;
-    spec.duration = recording.times.back();
-    return study::estimated_seconds(spec);
-}
-
-} // namespace
-
 void add_recording_options(CLI::App& command, RecordingArguments& arguments, const char* paths,
                            const char* output, const char* window) {
     add_option(command, "measurements", arguments.paths, "MEASUREMENT", paths)->required();
@@ -89,32 +67,6 @@ void write_results(const RecordingArguments& arguments,
         return;
     core::create_folder(arguments.output);
     present::write_json((std::filesystem::path(arguments.output) / file).string(), document);
-}
-
-std::string cost_text(const std::vector<double>& seconds, int ranks) {
-    const double sum = std::accumulate(seconds.begin(), seconds.end(), 0.0);
-    return fmt::format("{}: about {} of processor time on the reference machine, {} on {}",
-                       present::counted(seconds.size(), "stem"), present::estimate_text(sum),
-                       present::estimate_text(sum / ranks), present::counted(ranks, "rank"));
-}
-
-double expected_seconds(const measure::Measurement& recording, const fit::ChainOptions& chain) {
-    return simulations_for_calibration * simulation_seconds(recording, chain) +
-           seconds_per_time * double(recording.times.size()) +
-           seconds_per_reading * double(recording.deflections.size());
-}
-
-std::vector<double> expected_seconds(std::span<const diagnose::Specimen> specimens,
-                                     const fit::ChainOptions& chain, std::size_t candidates) {
-    const double simulations =
-        simulations_for_fits + simulations_for_candidate * static_cast<double>(candidates);
-    std::vector<double> seconds;
-    for (const diagnose::Specimen& specimen : specimens) {
-        double& sum = seconds.emplace_back(0.0);
-        for (const measure::Measurement& recording : specimen.recordings)
-            sum += simulations * simulation_seconds(recording, chain);
-    }
-    return seconds;
 }
 
 } // namespace culm::cli

@@ -58,17 +58,4 @@ void write_results(const RecordingArguments& arguments,
                    std::span<const measure::Measurement> recordings, const std::string& file,
                    const nlohmann::json& document);
 
-/// "2 stems: about 40 s of processor time on the reference machine, 20 s on 2 ranks".
-[[nodiscard]] std::string cost_text(const std::vector<double>& seconds, int ranks);
-
-/// Time of a calibration on one core of the reference machine, s, within a factor of two: the time
-/// of a simulation times the usual number of simulations.
-[[nodiscard]] double expected_seconds(const measure::Measurement& recording,
-                                      const fit::ChainOptions& chain);
-
-/// The same of a diagnosis of each specimen.
-[[nodiscard]] std::vector<double> expected_seconds(std::span<const diagnose::Specimen> specimens,
-                                                   const fit::ChainOptions& chain,
-                                                   std::size_t candidates);
-
 } // namespace culm::cli

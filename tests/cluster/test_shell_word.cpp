@@ -2,7 +2,6 @@
 // bash reads a quoted word as the original text, whatever its bytes are.
 #include "cluster/batch_system.hpp"
 #include "cluster/shell_word.hpp"
-#include "core/error.hpp"
 
 #include <random>
 #include <string>
@@ -73,14 +72,6 @@ TEST(ShellWord, PreservesRandomBytes) {
             text += byte(any(random));
         EXPECT_EQ(as_bash_reads(shell_word(text)), text + ".") << shell_word(text);
     }
-}
-
-TEST(ShellWord, StaysOnOneLine) {
-    EXPECT_EQ(shell_word("a\n#SBATCH --hold").find('\n'), std::string::npos);
-}
-
-TEST(ShellWord, RefusesAZeroByte) {
-    EXPECT_THROW((void)shell_word(std::string("a\0b", 3)), core::InputError);
 }
 
 } // namespace

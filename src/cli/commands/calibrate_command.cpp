@@ -21,7 +21,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -289,16 +288,6 @@ core::ExitCode report(const CalibrateArguments& arguments, const CalibrationPlan
     return all_calibrated ? core::ExitCode::Done : core::ExitCode::PointsFailed;
 }
 
-/// States the expected time if it is above ten seconds.
-void announce_cost(const std::vector<double>& seconds, int ranks, StepDisplay& step) {
-    if (std::accumulate(seconds.begin(), seconds.end(), 0.0) / ranks < 10.0)
-        return;
-    if (seconds.size() == 1)
-        step.begin("calibrating " + cost_text(seconds, ranks));
-    else
-        fmt::print(stderr, "{}\n", cost_text(seconds, ranks));
-}
-
 core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
                                       const farm::Communicator* communicator) {
     CalibrationPlan plan = plan_of(arguments);
@@ -319,10 +308,8 @@ core::ExitCode calibrate_measurements(const CalibrateArguments& arguments,
     }
     std::vector<double> costs;
     for (const measure::Measurement& measurement : plan.read.measurements)
-        costs.push_back(expected_seconds(measurement, plan.options.fit.chain));
+        costs.push_back(double(measurement.deflections.size()));
     StepDisplay step(is_quiet || costs.size() > 1);
-    if (!is_quiet)
-        announce_cost(costs, rank_count(communicator), step);
     ProgressDisplay display(is_quiet || costs.size() < 2, "stems");
     const farm::ItemOptions options{
         .progress = [&display](const farm::Progress& progress) { display.show(progress); }};
