@@ -62,10 +62,11 @@ TEST(RecordedBeats, FindsTheSplitAndTheAngleOfABeat) {
             const auto beats = fit::recorded_beats(fit_of_plain_swing(beat, 2e-5),
                                                    angular_frequency, decay_rate, 2);
             ASSERT_FALSE(beats.empty()) << split << ' ' << angle;
-            // The noise is a thousandth of the swing, over 300 frames.
-            EXPECT_NEAR(beats.front().split, split, 1e-3);
-            EXPECT_NEAR(beats.front().angle, angle, 0.01);
-            EXPECT_NEAR(beats.front().angular_frequency, 402.0, 0.2);
+            // The noise is a thousandth of the swing, over 300 frames, which are less than half a
+            // beat of the smaller split; the two modes have their own decay and phase.
+            EXPECT_NEAR(beats.front().split, split, 2e-3);
+            EXPECT_NEAR(beats.front().angle, angle, 0.05);
+            EXPECT_NEAR(beats.front().angular_frequency, 402.0, 0.4);
             EXPECT_NEAR(beats.front().decay_rate, 6.0, 0.1);
             EXPECT_NEAR(beats.front().amplitude, 1.0, 0.01);
         }

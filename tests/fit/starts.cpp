@@ -124,5 +124,28 @@ TEST(Solutions, EndWhereARestartGainsNothing) {
     }
 }
 
+TEST(StartsByFrequency, GiveEachRecordingTheFirstModeOfItsReadings) {
+    const double mass = 60e-6; // the first mode falls to a half
+    std::vector<fit::ObservedRecording> two;
+    for (const double hidden : {0.0, mass})
+        two.push_back(recording_with({"tip_mass", {{"mass_kg", hidden}}}));
+    const fit::SelectedEffects effects = physics::parse_effects("tip_mass", {});
+    fit::StartModels models;
+    for (const fit::ObservedRecording& each : two)
+        models.push_back(fit::observed_model(effects, each));
+    const auto starts = fit::starts_by_frequency(models, "tip_mass", two);
+    ASSERT_EQ(starts.size(), 1U) << "only the lighter recording can be without a mass";
+    const auto mass_in = [&](std::size_t m) {
+        return starts.front()[m].spec.effects.back().values.front();
+    };
+    EXPECT_EQ(mass_in(0), 0.0);
+    EXPECT_NEAR(mass_in(1), mass, 0.03 * mass); // Eq. 1 follows both modes
+    EXPECT_EQ(starts.front()[0].spec.stem.bond_youngs_modulus,
+              starts.front()[1].spec.stem.bond_youngs_modulus);
+    EXPECT_TRUE(fit::starts_by_frequency({fit::observed_model(effects, two.front())}, "tip_mass",
+                                         {two.data(), 1})
+                    .empty());
+}
+
 } // namespace
 } // namespace culm::tests

@@ -28,17 +28,12 @@ constexpr double softening_uncertainty = 0.01;
 constexpr double share_uncertainty = 0.5;
 constexpr double small_change = 1e-5; ///< for derivatives of the chain's modes
 
-/// Angular frequency of the chain's mode number `mode`, counted from 0; 0 if it does not vibrate.
-double chain_frequency(const std::vector<integrate::VibrationMode>& modes, std::size_t mode) {
-    return mode < modes.size() ? 2.0 * std::numbers::pi * modes[mode].frequency : 0.0;
-}
-
-/// A mode of a chain with this angular frequency.
+/// A mode of a chain with this frequency, Hz.
 class Motion {
   public:
     Motion(const run::HigherMode& mode, double chain_frequency)
         : mode_(mode), loss_(mode.recorded_decay * std::exp(mode.log_loss)),
-          frequency_(chain_frequency * std::exp(mode.log_frequency)) {
+          frequency_(2.0 * std::numbers::pi * chain_frequency * std::exp(mode.log_frequency)) {
         const Complex rate = rate_at(0.0);
         amplitude_ = {mode.deflection, (rate.real() * mode.deflection - mode.speed) / rate.imag()};
     }
@@ -163,15 +158,11 @@ void superpose_higher_modes(const StemModel& model, std::span<const double> time
     const run::CaseSpec spec = computed_case(model);
     const std::size_t count = spec.higher_modes.size() + 1;
     const std::vector<run::ShapedMode> chain = run::shaped_modes(spec, count);
-    std::vector<integrate::VibrationMode> modes;
-    for (const run::ShapedMode& each : chain)
-        modes.push_back(each.mode);
-    // (times, rows) of a case with these modes of its chain.
-    const auto readings_of = [&](const run::CaseSpec& of,
-                                 const std::vector<integrate::VibrationMode>& its) {
+    // (times, rows) of a case.
+    const auto readings_of = [&](const run::CaseSpec& of) {
         std::vector<double> readings(times.size() * prediction.rows, 0.0);
         for (std::size_t k = 1; k < chain.size(); ++k) {
-            const Motion motion(of.higher_modes[k - 1], chain_frequency(its, k));
+            const Motion motion(of.higher_modes[k - 1], chain[k].mode.frequency);
             for (std::size_t at = 0; at < readings.size(); ++at) {
                 const std::size_t j = at % prediction.rows;
                 const int order = of.sensors.empty() ? 0 : of.sensors[j].time_derivatives();
@@ -180,7 +171,7 @@ void superpose_higher_modes(const StemModel& model, std::span<const double> time
         }
         return readings;
     };
-    const std::vector<double> here = readings_of(spec, modes);
+    const std::vector<double> here = readings_of(spec);
     for (std::size_t at = 0; at < here.size(); ++at)
         prediction.readings[at] += here[at];
     for (std::size_t p = 0; p < model.parameters.size(); ++p) {
@@ -191,9 +182,13 @@ void superpose_higher_modes(const StemModel& model, std::span<const double> time
         const double size = parameter.access.scale > 0.0 ? parameter.access.scale : std::abs(value);
         run::CaseSpec moved = spec;
         parameter.access.set(moved, value + small_change * size);
-        const bool is_own = physics::is_of_higher_mode(parameter.access.id);
-        const std::vector<double> changed =
-            readings_of(moved, is_own ? modes : run::chain_modes(moved, count));
+        if (!physics::is_of_higher_mode(parameter.access.id)) {
+            const std::vector<integrate::VibrationMode> its = run::chain_modes(moved, count);
+            for (std::size_t k = 1; k < chain.size() && k < its.size(); ++k)
+                moved.higher_modes[k - 1].log_frequency +=
+                    std::log(its[k].frequency / chain[k].mode.frequency);
+        }
+        const std::vector<double> changed = readings_of(moved);
         const double change = to_coordinate(parameter.fitted_as, value + small_change * size) -
                               to_coordinate(parameter.fitted_as, value);
         for (std::size_t at = 0; at < here.size(); ++at)

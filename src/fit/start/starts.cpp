@@ -1,9 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/start/starts.hpp"
 
+#include "fit/chain/baseline_model.hpp"
+#include "fit/linear/layout.hpp"
 #include "fit/start/residual_spectrum.hpp"
 #include "physics/effects/library.hpp"
 #include "physics/effects/stem_scales.hpp"
+#include "reduce/backbone/damped_modes.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>
@@ -15,9 +18,7 @@
 #include <optional>
 #include <utility>
 
-#include <Eigen/Core>
-#include <ceres/tiny_solver.h>
-#include <ceres/tiny_solver_autodiff_function.h>
+#include <boost/math/tools/roots.hpp>
 
 namespace culm::fit {
 
@@ -66,12 +67,10 @@ std::vector<StemModel> beat_starts(const StemModel& first, const RecordingFit& s
 }
 
 constexpr std::array<double, 6> first_splits{0.01, 0.03, 0.07, 0.12, 0.2, 0.35};
-constexpr std::array<double, 4> first_angles{20.0, 40.0, 55.0, 75.0}; // degrees
 /// ε = 0.8: one principal stiffness is (1 + 0.4)/(1 − 0.4) = 2.3 times the other.
 constexpr double largest_split = 0.8;
 constexpr double needed_beat_gain = 0.1; ///< of the fit's residual sum of squares
 constexpr double same_split = 0.05;      ///< relative: two solutions are the same
-constexpr int most_iterations = 40;
 constexpr std::size_t fewest_beat_frames = 10;
 
 /// The swing in its shape at the release, relative to the fitted chain's swing at the release.
@@ -111,61 +110,104 @@ SwingHistory swing_history(const RecordingFit& fit) {
 
 /// A stem that is pulled at an angle α to its principal planes swings in both: seen from the side,
 /// x = e^(−δt) (a cos ω₁t + b cos ω₂t) with a = A cos²α, b = A sin²α and ω₁,₂² = ω² (1 ± ε/2).
-/// Fitting it to the swing is a problem of five numbers, hundreds of times cheaper than a fit of
-/// the spatial chain. Parameters: ω₁, ω₂ and δ over those of the fitted chain, a and b.
-struct BeatResiduals {
-    const SwingHistory& history;
-    double angular_frequency;
-    double decay_rate;
-
-    [[nodiscard]] int NumResiduals() const { return static_cast<int>(history.times.size()); }
-    /// The interface of ceres::TinySolver.
-    template <class T>
-    bool operator()(const T* const numbers, T* missed) const {
-        for (std::size_t i = 0; i < history.times.size(); ++i) {
-            const double time = history.times[i];
-            missed[i] = exp(-numbers[2] * (decay_rate * time)) *
-                            (numbers[3] * cos(numbers[0] * (angular_frequency * time)) +
-                             numbers[4] * cos(numbers[1] * (angular_frequency * time))) -
-                        history.measured[i];
-        }
-        return true;
-    }
-};
-
+/// Fitting it to the swing is hundreds of times cheaper than a fit of the spatial chain.
 struct Candidate {
     Beat beat;
-    double cost = std::numeric_limits<double>::infinity(); ///< infinite: it is no beat
+    double left = std::numeric_limits<double>::infinity(); ///< of the squares; infinite: no beat
 };
 
-Candidate solved(const BeatResiduals& problem, double split, double angle) {
-    constexpr int count = 5;
-    const ceres::TinySolverAutoDiffFunction<BeatResiduals, Eigen::Dynamic, count> residuals(
-        problem);
-    ceres::TinySolver<ceres::TinySolverAutoDiffFunction<BeatResiduals, Eigen::Dynamic, count>>
-        solver;
-    solver.options.max_num_iterations = most_iterations;
-    // ω is that of the fit, which follows the stronger of the two frequencies.
-    const double along = std::pow(std::cos(angle), 2);
-    const double stronger = along > 0.5 ? 1.0 + 0.5 * split : 1.0 - 0.5 * split;
-    Eigen::Vector<double, count> x;
-    x << std::sqrt((1.0 + 0.5 * split) / stronger), std::sqrt((1.0 - 0.5 * split) / stronger), 1.0,
-        along, 1.0 - along;
-    solver.Solve(residuals, &x);
-    if (x(0) < x(1)) {
-        std::swap(x(0), x(1));
-        std::swap(x(3), x(4));
-    }
-    const double square = 0.5 * (x(0) * x(0) + x(1) * x(1)); // ω²
-    const double found = (x(0) * x(0) - x(1) * x(1)) / square;
-    if (!(x.minCoeff() > 0.0 && found < largest_split))
+/// From two modes whose squared frequencies are `split` apart, the stronger one at `frequency`, Hz.
+Candidate solved(const reduce::HeightHistories& swing, double frequency, double decay_rate,
+                 double split, double stronger) {
+    const double square = std::pow(frequency, 2) / stronger;
+    const std::array starts{reduce::ModeRate{-decay_rate, std::sqrt(square * (1.0 + 0.5 * split))},
+                            reduce::ModeRate{-decay_rate, std::sqrt(square * (1.0 - 0.5 * split))}};
+    const auto fit = reduce::fit_damped_modes(swing, starts);
+    if (!fit)
         return {};
-    return {{std::sqrt(square) * problem.angular_frequency, x(2) * problem.decay_rate, found,
-             std::atan2(std::sqrt(x(4)), std::sqrt(x(3))), x(3) + x(4)},
-            2.0 * solver.summary.final_cost};
+    const auto [slow, fast] = std::ranges::minmax(
+        fit->modes, {}, [](const reduce::DampedMode& mode) { return mode.rate.frequency; });
+    const auto squared = [](const reduce::DampedMode& mode) {
+        return std::pow(2.0 * std::numbers::pi * mode.rate.frequency, 2);
+    };
+    const double mean = 0.5 * (squared(fast) + squared(slow));
+    const double found = (squared(fast) - squared(slow)) / mean;
+    const double along = fast.amplitudes.front().real();
+    const double across = slow.amplitudes.front().real();
+    const double decay =
+        -(along * fast.rate.decay_rate + across * slow.rate.decay_rate) / (along + across);
+    if (!(std::min({along, across, decay}) > 0.0 && found < largest_split))
+        return {};
+    double left = 0.0;
+    for (const double each : fit->residuals.front())
+        left += each * each;
+    return {{std::sqrt(mean), decay, found, std::atan2(std::sqrt(across), std::sqrt(along)),
+             along + across},
+            left};
+}
+
+/// The size of an effect that belongs to recordings; null: it has none.
+const FreeParameter* own_size(const StemModel& model, const std::string& effect) {
+    const auto size = std::ranges::find_if(model.parameters, [&](const FreeParameter& each) {
+        return each.access.id.effect == effect && !each.is_place &&
+               belongs_to_recording(each.access.id);
+    });
+    return size == model.parameters.end() ? nullptr : &*size;
+}
+
+/// The model with the numbers of `guess`, no errors of inputs, and the first mode of `guess` by
+/// this size alone; none: no size gives it. `size`: of the model.
+std::optional<StemModel> with_mode_of(const StemModel& guess, const FreeParameter& size,
+                                      StemModel model) {
+    const double wanted = run::lightly_damped_mode(guess.spec).frequency;
+    const auto missed = [&](double share) {
+        size.access.set(model.spec, std::lerp(absent_value(size), size.upper, share));
+        return run::lightly_damped_mode(model.spec).frequency - wanted;
+    };
+    if (!(missed(0.0) * missed(1.0) < 0.0))
+        return std::nullopt;
+    const boost::math::tools::eps_tolerance<double> is_close(30); // bits
+    (void)missed(boost::math::tools::bisect(missed, 0.0, 1.0, is_close).first);
+    return model;
 }
 
 } // namespace
+
+std::vector<StartModels> starts_by_frequency(StartModels models, const std::string& effect,
+                                             std::span<const ObservedRecording> recordings) {
+    std::vector<StartModels> starts;
+    if (models.size() < 2 || own_size(models.front(), effect) == nullptr)
+        return starts;
+    StartModels guesses;
+    for (std::size_t m = 0; m < models.size(); ++m) {
+        const StemModel& guess = guesses.emplace_back(baseline_model(recordings[m]));
+        const std::vector<physics::ParameterId> ids = guess.free_ids();
+        for (std::size_t k = 0; k < models[m].first_error(); ++k)
+            if (const auto own = std::ranges::find(ids, models[m].free_ids()[k]); own != ids.end())
+                models[m].set_value(k, guess.value(static_cast<std::size_t>(own - ids.begin())));
+        std::ranges::fill(models[m].error_values, 0.0);
+        const FreeParameter& size = *own_size(models[m], effect);
+        size.access.set(models[m].spec, absent_value(size));
+    }
+    for (std::size_t reference = 0; reference < models.size(); ++reference) {
+        StemModel own = models[reference];
+        keep_first_mode(guesses[reference].spec, own);
+        StartModels start;
+        for (std::size_t m = 0; m < models.size(); ++m) {
+            StemModel model = models[m];
+            model.spec.stem.bond_youngs_modulus = own.spec.stem.bond_youngs_modulus;
+            model.spec.stem.bond_damping = own.spec.stem.bond_damping;
+            if (const auto with =
+                    m == reference
+                        ? own
+                        : with_mode_of(guesses[m], *own_size(models[m], effect), std::move(model)))
+                start.push_back(*with);
+        }
+        if (start.size() == models.size())
+            starts.push_back(std::move(start));
+    }
+    return starts;
+}
 
 physics::StartScales stem_start_scales(const physics::StemParameters<double>& stem,
                                        double duration) {
@@ -259,15 +301,16 @@ std::vector<Beat> recorded_beats(const RecordingFit& fit, double angular_frequen
     double left = 0.0;
     for (std::size_t i = 0; i < history.times.size(); ++i)
         left += std::pow(history.measured[i] - history.modelled[i], 2);
+    const reduce::HeightHistories swing{history.times, {history.measured}, {1.0}};
     std::vector<Candidate> candidates;
-    const BeatResiduals problem{history, angular_frequency, decay_rate};
     for (const double split : first_splits)
-        for (const double angle : first_angles)
-            candidates.push_back(solved(problem, split, angle * std::numbers::pi / 180.0));
-    std::ranges::stable_sort(candidates, {}, &Candidate::cost);
+        for (const double stronger : {1.0 + 0.5 * split, 1.0 - 0.5 * split})
+            candidates.push_back(solved(swing, angular_frequency / (2.0 * std::numbers::pi),
+                                        decay_rate, split, stronger));
+    std::ranges::stable_sort(candidates, {}, &Candidate::left);
     std::vector<Beat> beats;
-    for (const auto& [beat, cost] : candidates) {
-        if (!(cost < (1.0 - needed_beat_gain) * left) || beats.size() == count)
+    for (const auto& [beat, rest] : candidates) {
+        if (!(rest < (1.0 - needed_beat_gain) * left) || beats.size() == count)
             break;
         if (std::ranges::none_of(beats, [&own = beat](const Beat& other) {
                 return std::abs(other.split / own.split - 1.0) < same_split &&

@@ -5,6 +5,8 @@
 #include "fit/fit.hpp"
 
 #include <cstddef>
+#include <span>
+#include <string>
 #include <vector>
 
 namespace culm::fit {
@@ -30,6 +32,15 @@ enum class StartSize {
 /// (recorded_beats()), if there are any.
 [[nodiscard]] std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& smaller,
                                                 StartSize size);
+
+/// Starts for recordings of one stem in which its first mode differs by more than one stem with one
+/// material allows. No derivative leads from such a fit to the effect that explains it: the chain
+/// is cycles away from most recordings. In each start the effect, which belongs to recordings, is
+/// absent from one of them and gives each other one the first mode of its readings, with one Y
+/// for all. `models`: with the effect; empty: no size does it, or there is one recording only.
+[[nodiscard]] std::vector<StartModels>
+starts_by_frequency(StartModels models, const std::string& effect,
+                    std::span<const ObservedRecording> recordings);
 
 /// Must the fit of `model` start with nonzero sizes, because no derivative leads away from the
 /// start with its effects absent?
