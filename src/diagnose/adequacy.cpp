@@ -135,7 +135,13 @@ bool has_structure(const fit::Fit& fit, const SetVerdict& verdict, const Policy&
 }
 
 double explained_share(const fit::Fit& fit, const fit::Fit& first) {
-    const double before = misfit(first);
+    double all = 0.0;
+    double followed = 0.0;
+    for (const fit::RecordingMisfit& each : first.misfits) {
+        all += each.chi_squared;
+        followed += each.chi_squared / std::max(1.0, each.over_followed());
+    }
+    const double before = all > 0.0 ? misfit(first) * followed / all : 0.0;
     return before > 0.0 ? std::clamp(1.0 - misfit(fit) / before, 0.0, 1.0) : 0.0;
 }
 

@@ -21,9 +21,6 @@
 namespace culm::fit {
 namespace {
 
-/// Rms residual over the rms reading of a chain that follows the motion.
-constexpr double small_remainder = 0.2;
-
 /// Used for recordings of unknown noise until their residuals determine it. One value for all rows
 /// of a camera: a common factor of the weights changes no least-squares solution.
 constexpr double provisional_noise = 1e-3; // m

@@ -126,6 +126,16 @@ class Answers(Diagnose):
         self.assertEqual(found["options"]["candidates"], ["taper"])
         self.assertIn("the published chain with quadratic_drag explains", finished.stdout)
 
+    def test_knows_that_the_weight_moves_a_stem_that_is_held_straight(self):
+        self.copy_recording(NULL, "held", "held")
+        stem = self.folder / "held" / "stem.toml"
+        text = stem.read_text("utf-8") + '[release]\nkind = "held_straight"\n'
+        stem.write_text(text.replace('"axial"', '"transverse"'), "utf-8")
+        finished, found = self.diagnose("held", "--spheres", "12", "--candidates", "precurvature")
+        self.assertIn("held_straight: the weight moves the stem", finished.stderr)
+        self.assertEqual(found["options"]["known"], ["gravity"])
+        self.assertEqual(found["ladder"][0]["model"], ["baseline", "gravity"])
+
     def test_can_name_an_effect_of_the_user(self):
         self.write("air.toml", '[effect]\nname = "my_air"\nkind = "force_per_length"\n'
                                'expression = "-c*v*abs(v)"\n[parameters.c]\ndefault = 1e-3\n'

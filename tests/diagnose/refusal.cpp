@@ -55,5 +55,23 @@ TEST(Answer, IsGivenWithTheUnexplainedShareDespiteALittleStructure) {
     EXPECT_EQ(half.conclusion, diagnose::Conclusion::Unknown) << half.reason;
 }
 
+// A chain that does not move leaves the whole motion. Were that its misfit, an effect that moves it
+// at all would explain nearly everything, however wrong its law is.
+TEST(ExplainedShare, CountsAChainThatDoesNotMoveAsOneThatFollowsTheMotion) {
+    const auto fit_of = [](double chi_squared, double rmse) {
+        fit::Fit fit;
+        fit.readings = 1000;
+        fit.chi_squared = chi_squared;
+        fit.misfits = {{1000, chi_squared, rmse, true, 5e-3}};
+        return fit;
+    };
+    const fit::Fit still = fit_of(1e7, 5e-3);
+    const fit::Fit moved = fit_of(17e3, 0.2e-3); // four times the noise
+    // A fifth of the motion is a 25th of χ².
+    EXPECT_NEAR(diagnose::explained_share(moved, still), 1.0 - 16e3 * 25.0 / 1e7, 1e-4);
+    const fit::Fit followed = fit_of(4e5, 1e-3);
+    EXPECT_NEAR(diagnose::explained_share(moved, followed), 1.0 - 16.0 / 399.0, 1e-9);
+}
+
 } // namespace
 } // namespace culm::tests

@@ -51,6 +51,7 @@ struct DiagnoseArguments : RecordingArguments {
 struct DiagnosisEffects {
     fit::SelectedEffects candidates;          ///< in the library's order
     fit::SelectedEffects known;               ///< likewise
+    bool has_added_weight = false;            ///< to the known ones of the user
     std::map<std::string, std::string> files; ///< of users' effects, by name
 };
 
@@ -67,6 +68,24 @@ void add_once(const physics::SelectedEffect& added, fit::SelectedEffects& effect
     effects.push_back(added);
 }
 
+/// The weight moves a stem that is held straight: where its direction is stated, gravity is known.
+void add_weight(std::span<const measure::Measurement> recordings, DiagnosisEffects& effects) {
+    using measure::GravityDirection;
+    const auto has_direction = [](const measure::Measurement& each) {
+        return each.gravity_direction != GravityDirection::None;
+    };
+    const auto is_moved = [](const measure::Measurement& each) {
+        return each.gravity_direction == GravityDirection::Transverse &&
+               each.release == measure::ReleaseKind::HeldStraight;
+    };
+    const physics::SelectedEffect gravity = physics::parse_effect("gravity", {});
+    if (fit::contains(effects.known, gravity) || !std::ranges::all_of(recordings, has_direction) ||
+        std::ranges::none_of(recordings, is_moved))
+        return;
+    effects.known.push_back(gravity);
+    effects.has_added_weight = true;
+}
+
 /// Candidates may exclude each other; if none is named, all that apply to the recordings are used.
 /// The files are candidates too, known effects are not. Throws core::InputError for an unknown name
 /// or invalid file, for an effect that is named twice, or if no candidate remains.
@@ -78,7 +97,9 @@ DiagnosisEffects effects_for_diagnosis(const DiagnoseArguments& arguments,
         out.files[effect->name] = file;
         return effect;
     };
-    out.known = fit::in_library_order(physics::parse_effects(arguments.known, read));
+    out.known = physics::parse_effects(arguments.known, read);
+    add_weight(recordings, out);
+    out.known = fit::in_library_order(std::move(out.known));
     fit::SelectedEffects named;
     std::string candidates = arguments.candidates; // may name a file's effect
     for (const std::string& file : arguments.effect_files) {
@@ -307,13 +328,6 @@ farm::ItemOptions item_options(const DiagnoseArguments& arguments, StepDisplay& 
     return options;
 }
 
-/// Prints the expected cost of a laboratory.
-void announce_cost(const DiagnoseArguments& arguments, const DiagnosisPlan& plan, int ranks) {
-    const std::vector<double> seconds =
-        expected_seconds(plan.specimens, chain_options(arguments), plan.effects.candidates.size());
-    fmt::print(stderr, "{}\n", cost_text(seconds, ranks));
-}
-
 core::ExitCode stopped_early(const DiagnoseArguments& arguments, bool prints) {
     if (prints)
         print_error(fmt::format("stopped early; the fits computed so far are kept in {}. Continue "
@@ -340,10 +354,10 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
     const DiagnosisPlan plan = plan_of(arguments);
     const RunProvenance provenance(diagnosis_inputs(plan), communicator);
     const std::unique_ptr<KeptItems> kept = kept_fits(arguments, plan, provenance, communicator);
-    if (plan.specimens.size() > 1 && !arguments.is_silent(communicator)) {
+    if (plan.effects.has_added_weight && !arguments.is_silent(communicator))
+        print_note("held_straight: the weight moves the stem, so gravity is part of every model");
+    if (plan.specimens.size() > 1 && !arguments.is_silent(communicator))
         remark_on_specimens(plan);
-        announce_cost(arguments, plan, rank_count(communicator));
-    }
     diagnose::DiagnosisOptions options = options_of(arguments, plan);
     diagnose::Diagnosis found;
     try {

@@ -84,9 +84,21 @@ class Judgement {
         double others = 0.0; // mean square that they explain
         for (const Share& each : all)
             others += &each == &share ? 0.0 : each.explained();
+        others = std::min(others, largest_explained());
         return share.is_shared() ||
                std::sqrt(share.explained()) >
                    std::max(policy_.immaterial_noise, policy_.immaterial_share * std::sqrt(others));
+    }
+
+    /// Mean square over the noise that a chain which follows the motion leaves: what effects
+    /// explain beyond that is the motion itself, not an error of laws (explained_share()).
+    [[nodiscard]] double largest_explained() const {
+        double sum = 0.0;
+        const Model& best = search_.best_model();
+        for (const std::size_t s : search_.stems->fitted())
+            for (std::size_t m = 0; m < best.stems[s].evidence.misfits.size(); ++m)
+                sum += misfit_of(best, s, m) / best.stems[s].fit.misfits[m].over_followed();
+        return sum / std::max(1.0, best.readings());
     }
 
     [[nodiscard]] Names in_order(Names names) const {
@@ -129,12 +141,17 @@ class Judgement {
         double sum = 0.0;
         for (const std::size_t s : search_.stems->fitted()) {
             const ModelEvidence& evidence = model.stems[s].evidence;
-            const NoiseScale& noise = search_.fits.noise()[s];
             sum += evidence.squared_pulls;
             for (std::size_t m = 0; m < evidence.misfits.size(); ++m)
-                sum += evidence.misfits[m] / (noise.is_noise_known[m] ? 1.0 : noise.variance[m]);
+                sum += misfit_of(model, s, m);
         }
         return sum;
+    }
+    /// Of one recording of a stem.
+    [[nodiscard]] double misfit_of(const Model& model, std::size_t s, std::size_t m) const {
+        const NoiseScale& noise = search_.fits.noise()[s];
+        return model.stems[s].evidence.misfits[m] /
+               (noise.is_noise_known[m] ? 1.0 : noise.variance[m]);
     }
 
     /// From the quadratic form of χ² at the model's minimum.

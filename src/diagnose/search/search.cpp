@@ -6,6 +6,8 @@
 #include "diagnose/evidence/estimated_starts.hpp"
 #include "diagnose/search/neighbours.hpp"
 #include "diagnose/search/prediction.hpp"
+#include "fit/fit_numbers.hpp"
+#include "fit/start/starts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,18 +27,6 @@ constexpr std::size_t models_per_round = 2;
 /// The search ends after this number of models; the rest is recorded.
 constexpr std::size_t most_visited = 40;
 constexpr int most_noise_estimates = 2;
-
-/// The likeliest model with one added effect, of `within` unless that is null.
-std::optional<std::size_t> likeliest_single(const std::vector<Model>& visited,
-                                            const std::vector<ActingEffect>* within) {
-    std::optional<std::size_t> single;
-    for (std::size_t k = 1; k < visited.size(); ++k)
-        if (visited[k].added() == 1 && std::isfinite(visited[k].log_evidence) &&
-            (within == nullptr || contains_all(*within, visited[k].effects)) &&
-            (!single || visited[k].log_evidence > visited[*single].log_evidence))
-            single = k;
-    return single;
-}
 
 std::vector<NoiseScale> noise_about(const Model& best) {
     std::vector<NoiseScale> noise;
@@ -197,6 +187,8 @@ class Search {
                 now != base_)
                 set_base(now);
             std::vector<PlannedModel> planned = neighbours();
+            if (planned.empty())
+                planned = with_own_first_modes();
             if (planned.empty()) {
                 predict();
                 planned = likeliest_unvisited();
@@ -221,7 +213,7 @@ class Search {
     void set_base(std::size_t place) {
         base_ = place;
         about_.reset();
-        is_far_ = most_leave_too_much(stems_, base(), reference());
+        is_far_ = most_leave_too_much(stems_, base(), visited_.front());
         fits_.set_noise(noise_of_search(stems_, base()));
         for (Model& each : visited_)
             fits_.judge(each);
@@ -236,14 +228,6 @@ class Search {
                 prediction.gain * prediction.noise / mean_of(fits_.noise(), base());
     }
 
-    /// The misfit that the search explains is that of the published chain; if the chain does not
-    /// move, that of the likeliest model with one effect.
-    [[nodiscard]] const Model& reference() const {
-        const auto single =
-            visited_.front().moves() ? std::nullopt : likeliest_single(visited_, nullptr);
-        return visited_[single.value_or(0)];
-    }
-
     [[nodiscard]] bool is_rough() const {
         return base().chi_squared() > options_.policy.rough_misfit * base().readings();
     }
@@ -254,6 +238,31 @@ class Search {
         for (const std::vector<ActingEffect>& effects : neighbours_of(base(), stems_))
             if (!is_visited(effects))
                 planned.push_back(plan_for(effects));
+        return planned;
+    }
+
+    /// The base with an effect that gives each of the stem's recordings the first mode of its own
+    /// readings. No derivative about a chain that is cycles away from most of them leads there.
+    [[nodiscard]] std::vector<PlannedModel> with_own_first_modes() {
+        std::vector<PlannedModel> planned;
+        if (!stems_.is_one() || !is_far_ || base().added() > 0 || !base().moves())
+            return planned;
+        for (const physics::SelectedEffect& candidate : options_.candidates) {
+            std::vector<ActingEffect> effects = base().effects;
+            effects.push_back({candidate, {}, {0}, {}, false});
+            if (is_visited(effects) || !can_be_combined(effects, stems_))
+                continue;
+            fit::Fit numbers = base().stems[0].fit;
+            numbers.effects.push_back(candidate);
+            std::vector<fit::StartModels> starts = fit::starts_by_frequency(
+                fit::models_of(numbers, stems_[0].recordings, options_.candidate),
+                candidate.effect->name, stems_[0].recordings);
+            if (starts.empty())
+                continue;
+            PlannedModel& plan = planned.emplace_back(plan_for(effects));
+            plan.starts[0] = {&base().stems[0].fit,
+                              [starts](const fit::Fit*, const fit::FitOptions&) { return starts; }};
+        }
         return planned;
     }
 
@@ -444,14 +453,20 @@ void judge_about_best(SearchResult& search) {
     search.about_best.clear();
     for (const Model& each : search.visited) {
         Model judged = each;
+        judged.offset /= search.noise_ratio; // a difference of χ² in units of the noise
         search.fits.judge(judged);
         search.about_best.push_back(judged.log_evidence);
     }
 }
 
 std::optional<std::size_t> likeliest_part(const std::vector<Model>& visited, std::size_t model) {
-    return visited[model].added() > 1 ? likeliest_single(visited, &visited[model].effects)
-                                      : std::nullopt;
+    std::optional<std::size_t> part;
+    for (std::size_t k = 1; k < visited.size() && visited[model].added() > 1; ++k)
+        if (visited[k].added() == 1 && std::isfinite(visited[k].log_evidence) &&
+            contains_all(visited[model].effects, visited[k].effects) &&
+            (!part || visited[k].log_evidence > visited[*part].log_evidence))
+            part = k;
+    return part;
 }
 
 SearchResult search_models(std::span<const Specimen> specimens, const DiagnosisOptions& options) {

@@ -256,12 +256,16 @@ class ErrorSolution {
             else
                 subtract_changes(m);
             double squares = 0.0;
-            for (const double each : part.remaining)
-                squares += std::isnan(each) ? 0.0 : each * each;
+            double motion = 0.0;
+            for (std::size_t at = 0; at < part.remaining.size(); ++at)
+                if (!std::isnan(part.remaining[at])) {
+                    squares += part.remaining[at] * part.remaining[at];
+                    motion += std::pow(part.prediction.readings[at] + part.residuals[at], 2);
+                }
+            const auto readings = double(std::max<std::size_t>(part.readings, 1));
             fit_.misfits.push_back(
                 {part.readings, part.is_noise_known ? left_of(m) : part.chi_squared,
-                 std::sqrt(squares / double(std::max<std::size_t>(part.readings, 1))),
-                 part.is_noise_known});
+                 std::sqrt(squares / readings), part.is_noise_known, std::sqrt(motion / readings)});
         }
     }
 

@@ -24,6 +24,7 @@
 #include "fit/solve/solution.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <memory>
 #include <string>
@@ -114,12 +115,21 @@ enum class FitStatus {
     Failed
 };
 
+/// Rms residual over the rms reading of a chain that follows the motion.
+inline constexpr double small_remainder = 0.2;
+
 /// Misfit of one recording.
 struct RecordingMisfit {
     std::size_t readings = 0;
     double chi_squared = 0.0; ///< without the terms; the degrees of freedom if the noise is unknown
     double rmse = 0.0;        ///< of what remains, m
     bool is_noise_known = false;
+    double motion = 0.0; ///< rms of the readings, m
+
+    /// χ² over that of a chain that leaves small_remainder of the readings.
+    [[nodiscard]] double over_followed() const {
+        return std::pow(rmse / (small_remainder * motion), 2);
+    }
 };
 
 /// A model fitted to one or several recordings at once. They share the material and everything that
