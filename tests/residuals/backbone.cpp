@@ -80,5 +80,25 @@ TEST(Backbone, ShowsTheClassOfTheHiddenEffect) {
     EXPECT_GE(right, 36) << wrong;
 }
 
+/// ζ = ζ0 + ζ1 A/A0 damps the amplitude by dA/dt = −ω ζ A, which has a closed solution. A window of
+/// eight cycles loses more than half of its amplitude.
+TEST(Backbone, FindsThePowerOfAFastDecay) {
+    constexpr double omega = 2.0 * std::numbers::pi * 80.0;
+    constexpr double linear = 0.016;
+    constexpr double quadratic = 0.02;
+    reduce::BackboneInput input{{{}, {{}}, {1.0}}, {0.1}, {0}};
+    for (double time = 0.0; time < 0.4; time += 1e-3) {
+        const double amplitude =
+            linear / ((linear + quadratic) * std::exp(omega * linear * time) - quadratic);
+        input.histories.times.push_back(time);
+        input.histories.histories.front().push_back(10e-3 * amplitude * std::cos(omega * time));
+    }
+    const auto found = reduce::backbones(input, 1);
+    ASSERT_FALSE(found.empty());
+    ASSERT_TRUE(found.front().laws && found.front().laws->power_exponent);
+    EXPECT_NEAR(found.front().laws->power_exponent->value, 1.0, 0.1);
+    EXPECT_NEAR(found.front().laws->linear->value, linear, 0.02 * linear);
+}
+
 } // namespace
 } // namespace culm::residuals

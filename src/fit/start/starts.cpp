@@ -73,39 +73,23 @@ constexpr double needed_beat_gain = 0.1; ///< of the fit's residual sum of squar
 constexpr double same_split = 0.05;      ///< relative: two solutions are the same
 constexpr std::size_t fewest_beat_frames = 10;
 
-/// The swing in its shape at the release, relative to the fitted chain's swing at the release.
-struct SwingHistory {
-    std::vector<double> times;
-    std::vector<double> measured;
-    std::vector<double> modelled;
-};
-
-SwingHistory swing_history(const RecordingFit& fit) {
+/// The readings from the release on over the fitted chain's at the release, in every row that
+/// swings.
+reduce::HeightHistories relative_swing(const RecordingFit& fit) {
     const std::size_t rows = fit.prediction.rows;
     const auto after = std::ranges::lower_bound(fit.times, 0.0);
     const auto first = static_cast<std::size_t>(after - fit.times.begin());
-    SwingHistory history;
-    for (std::size_t i = first; i < fit.times.size(); ++i) {
-        double squares = 0.0;
-        double modelled = 0.0;
-        double missed = 0.0;
-        for (std::size_t j = 0; j < rows; ++j) {
-            const double shape = fit.prediction.readings[first * rows + j];
-            const double residual = fit.residuals[i * rows + j];
-            if (std::isnan(residual) || std::isnan(shape))
-                continue;
-            squares += shape * shape;
-            modelled += shape * fit.prediction.readings[i * rows + j];
-            missed += shape * residual;
-        }
-        if (!(squares > 0.0))
+    reduce::HeightHistories swing{{after, fit.times.end()}, {}, {}};
+    for (std::size_t j = 0; j < rows && first < fit.times.size(); ++j) {
+        const double shape = fit.prediction.readings[first * rows + j];
+        if (std::isnan(shape) || shape == 0.0)
             continue;
-        // Projections onto the shape s: Σ s y/Σ s² of the model and of model + residual.
-        history.times.push_back(fit.times[i]);
-        history.modelled.push_back(modelled / squares);
-        history.measured.push_back((modelled + missed) / squares);
+        swing.weights.push_back(std::abs(shape));
+        std::vector<double>& history = swing.histories.emplace_back();
+        for (std::size_t at = first * rows + j; at < fit.residuals.size(); at += rows)
+            history.push_back((fit.prediction.readings[at] + fit.residuals[at]) / shape);
     }
-    return history;
+    return swing;
 }
 
 /// A stem that is pulled at an angle α to its principal planes swings in both: seen from the side,
@@ -132,15 +116,17 @@ Candidate solved(const reduce::HeightHistories& swing, double frequency, double 
     };
     const double mean = 0.5 * (squared(fast) + squared(slow));
     const double found = (squared(fast) - squared(slow)) / mean;
-    const double along = fast.amplitudes.front().real();
-    const double across = slow.amplitudes.front().real();
+    const std::size_t height = fit->modes.front().largest_height();
+    const double along = fast.amplitudes[height].real();
+    const double across = slow.amplitudes[height].real();
     const double decay =
         -(along * fast.rate.decay_rate + across * slow.rate.decay_rate) / (along + across);
     if (!(std::min({along, across, decay}) > 0.0 && found < largest_split))
         return {};
     double left = 0.0;
-    for (const double each : fit->residuals.front())
-        left += each * each;
+    for (std::size_t j = 0; j < fit->residuals.size(); ++j)
+        for (const double each : fit->residuals[j])
+            left += std::isnan(each) ? 0.0 : std::pow(swing.weights[j] * each, 2);
     return {{std::sqrt(mean), decay, found, std::atan2(std::sqrt(across), std::sqrt(along)),
              along + across},
             left};
@@ -295,13 +281,13 @@ bool has_own_sizes(const StemModel& model, const RecordingFit& smaller) {
 
 std::vector<Beat> recorded_beats(const RecordingFit& fit, double angular_frequency,
                                  double decay_rate, std::size_t count) {
-    const SwingHistory history = swing_history(fit);
-    if (history.times.size() < fewest_beat_frames) // or held straight: no release shape
+    const reduce::HeightHistories swing = relative_swing(fit);
+    if (swing.times.size() < fewest_beat_frames || swing.histories.empty()) // or held straight
         return {};
     double left = 0.0;
-    for (std::size_t i = 0; i < history.times.size(); ++i)
-        left += std::pow(history.measured[i] - history.modelled[i], 2);
-    const reduce::HeightHistories swing{history.times, {history.measured}, {1.0}};
+    for (std::size_t at = fit.residuals.size() - swing.times.size() * fit.prediction.rows;
+         at < fit.residuals.size(); ++at)
+        left += std::isnan(fit.residuals[at]) ? 0.0 : fit.residuals[at] * fit.residuals[at];
     std::vector<Candidate> candidates;
     for (const double split : first_splits)
         for (const double stronger : {1.0 + 0.5 * split, 1.0 - 0.5 * split})

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include <Eigen/Core>
+
 namespace culm::reduce {
 namespace {
 
@@ -35,6 +37,17 @@ std::optional<DampedMode> mode_in(const HeightHistories& window, std::vector<Mod
     return std::nullopt;
 }
 
+/// Share of its first amplitude to which the numbers of a window belong. Least squares weighs ln
+/// A(t) by A², so b is the mean of the local rates with the weight of a regression's slope; the
+/// mean of A = e^(bt) with this weight is the slope of ∫A dt.
+double seen_share(double decay_rate, double duration) {
+    const Eigen::ArrayXd time = Eigen::ArrayXd::LinSpaced(200, 0.0, duration);
+    const Eigen::ArrayXd weight = (2.0 * decay_rate * time).exp();
+    const Eigen::ArrayXd centred = weight * (time - (weight * time).sum() / weight.sum());
+    const Eigen::ArrayXd integral = (decay_rate * time).expm1() / decay_rate;
+    return (centred * integral).sum() / (centred * time).sum();
+}
+
 std::optional<BackbonePoint> point_of(const DampedMode& mode, std::size_t height, int derivatives,
                                       const HeightHistories& window) {
     const double middle = 0.5 * (window.times.back() - window.times.front());
@@ -43,7 +56,7 @@ std::optional<BackbonePoint> point_of(const DampedMode& mode, std::size_t height
         !(mode.frequency_error < 0.05 * mode.rate.frequency))
         return std::nullopt;
     const double omega = two_pi * mode.rate.frequency;
-    return BackbonePoint{.amplitude = size * std::exp(mode.rate.decay_rate * middle) /
+    return BackbonePoint{.amplitude = size * seen_share(mode.rate.decay_rate, 2.0 * middle) /
                                       std::pow(omega, derivatives),
                          .damping_ratio = mode.damping_ratio(),
                          .damping_error = mode.damping_ratio_error(),
