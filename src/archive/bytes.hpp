@@ -4,7 +4,6 @@
 
 #include "core/error.hpp"
 
-#include <algorithm>
 #include <bit>
 #include <concepts>
 #include <cstddef>
@@ -73,10 +72,7 @@ class ByteReader {
     }
     [[nodiscard]] std::string get_text() {
         const std::span<const std::byte> raw = take(get<std::uint32_t>());
-        std::string text(raw.size(), '\0');
-        std::transform(raw.begin(), raw.end(), text.begin(),
-                       [](std::byte b) { return static_cast<char>(b); });
-        return text;
+        return {reinterpret_cast<const char*>(raw.data()), raw.size()};
     }
     [[nodiscard]] std::vector<double> get_doubles() {
         const auto count = get<std::uint64_t>();

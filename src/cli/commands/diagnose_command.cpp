@@ -70,20 +70,19 @@ void add_once(const physics::SelectedEffect& added, fit::SelectedEffects& effect
 
 /// The weight moves a stem that is held straight: where its direction is stated, gravity is known.
 void add_weight(std::span<const measure::Measurement> recordings, DiagnosisEffects& effects) {
-    using measure::GravityDirection;
     const auto has_direction = [](const measure::Measurement& each) {
-        return each.gravity_direction != GravityDirection::None;
+        return each.gravity_direction != measure::GravityDirection::None;
     };
     const auto is_moved = [](const measure::Measurement& each) {
-        return each.gravity_direction == GravityDirection::Transverse &&
+        return each.gravity_direction == measure::GravityDirection::Transverse &&
                each.release == measure::ReleaseKind::HeldStraight;
     };
     const physics::SelectedEffect gravity = physics::parse_effect("gravity", {});
-    if (fit::contains(effects.known, gravity) || !std::ranges::all_of(recordings, has_direction) ||
-        std::ranges::none_of(recordings, is_moved))
-        return;
-    effects.known.push_back(gravity);
-    effects.has_added_weight = true;
+    effects.has_added_weight = !fit::contains(effects.known, gravity) &&
+                               std::ranges::all_of(recordings, has_direction) &&
+                               std::ranges::any_of(recordings, is_moved);
+    if (effects.has_added_weight)
+        effects.known.push_back(gravity);
 }
 
 /// Candidates may exclude each other; if none is named, all that apply to the recordings are used.

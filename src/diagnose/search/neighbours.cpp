@@ -75,7 +75,8 @@ std::vector<std::vector<ActingEffect>> contained_instead(const Model& model, std
 
 } // namespace
 
-std::vector<std::vector<ActingEffect>> neighbours_of(const Model& model, const Stems& stems) {
+std::vector<std::vector<ActingEffect>> neighbours_of(const Model& model, const Stems& stems,
+                                                     bool with_contained) {
     std::vector<std::vector<ActingEffect>> out;
     for (std::size_t k = 0; k < model.effects.size(); ++k) {
         const ActingEffect& effect = model.effects[k];
@@ -83,7 +84,8 @@ std::vector<std::vector<ActingEffect>> neighbours_of(const Model& model, const S
             continue;
         if (model.added() > 1)
             out.push_back(without(model.effects, k));
-        std::ranges::move(contained_instead(model, k, stems), std::back_inserter(out));
+        if (with_contained)
+            std::ranges::move(contained_instead(model, k, stems), std::back_inserter(out));
         if (!effect.is_shared() && effect.effect.effect->belongs_to == physics::BelongsTo::Rig)
             for (const std::string& rig : stems.rigs())
                 out.push_back(shared_instead(model, k, rig, stems));

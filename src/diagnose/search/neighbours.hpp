@@ -8,10 +8,10 @@
 
 namespace culm::diagnose {
 
-/// The effects of the models with one effect less, with a candidate that an effect contains in its
-/// place, with an effect that is absent from one recording
-/// (a mass at its tip need not act in all), or with an effect of stems that a rig has instead.
-[[nodiscard]] std::vector<std::vector<ActingEffect>> neighbours_of(const Model& model,
-                                                                   const Stems& stems);
+/// The effects of the models with one effect less, with an effect that is absent from one recording
+/// (a mass at its tip need not act in all), with an effect of stems that a rig has instead, and
+/// `with_contained` those with a candidate that an effect contains or excludes in its place.
+[[nodiscard]] std::vector<std::vector<ActingEffect>>
+neighbours_of(const Model& model, const Stems& stems, bool with_contained);
 
 } // namespace culm::diagnose

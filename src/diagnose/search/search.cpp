@@ -232,10 +232,10 @@ class Search {
         return base().chi_squared() > options_.policy.rough_misfit * base().readings();
     }
 
-    /// Those that differ from the base by one effect and were not fitted.
+    /// Those that differ from the base by one effect and were not fitted; other laws of an answer.
     [[nodiscard]] std::vector<PlannedModel> neighbours() {
         std::vector<PlannedModel> planned;
-        for (const std::vector<ActingEffect>& effects : neighbours_of(base(), stems_))
+        for (const std::vector<ActingEffect>& effects : neighbours_of(base(), stems_, !is_far_))
             if (!is_visited(effects))
                 planned.push_back(plan_for(effects));
         return planned;
