@@ -70,16 +70,14 @@ void add_once(const physics::SelectedEffect& added, fit::SelectedEffects& effect
 
 /// The weight moves a stem that is held straight: where its direction is stated, gravity is known.
 void add_weight(std::span<const measure::Measurement> recordings, DiagnosisEffects& effects) {
-    const auto has_direction = [](const measure::Measurement& each) {
-        return each.gravity_direction != measure::GravityDirection::None;
-    };
     const auto is_moved = [](const measure::Measurement& each) {
         return each.gravity_direction == measure::GravityDirection::Transverse &&
                each.release == measure::ReleaseKind::HeldStraight;
     };
     const physics::SelectedEffect gravity = physics::parse_effect("gravity", {});
     effects.has_added_weight = !fit::contains(effects.known, gravity) &&
-                               std::ranges::all_of(recordings, has_direction) &&
+                               std::ranges::count(recordings, measure::GravityDirection::None,
+                                                  &measure::Measurement::gravity_direction) == 0 &&
                                std::ranges::any_of(recordings, is_moved);
     if (effects.has_added_weight)
         effects.known.push_back(gravity);

@@ -269,6 +269,8 @@ Posterior posterior_of(const SearchResult& search) {
     Posterior out;
     std::map<Names, Explanation> sets;
     double total = 0.0;
+    const double likeliest = std::ranges::max(search.about_best); // not of the search's noise
+    const double ahead = likeliest - search.about_best[search.best];
     for (std::size_t k = 0; k < search.visited.size(); ++k) {
         const Model& visited = search.visited[k];
         ModelProbability& model = out.models.emplace_back();
@@ -276,7 +278,7 @@ Posterior posterior_of(const SearchResult& search) {
         model.failure = visited.failure;
         if (visited.failed())
             continue;
-        model.log_evidence = search.about_best[k] - search.about_best[search.best];
+        model.log_evidence = search.about_best[k] - likeliest;
         if (!std::isfinite(model.log_evidence))
             continue; // it is a smaller model
         model.probability = std::exp(model.log_evidence);
@@ -286,8 +288,8 @@ Posterior posterior_of(const SearchResult& search) {
             sets);
     }
     for (const UnvisitedModel& model : search.unvisited) {
-        const double probability =
-            std::exp((model.log_evidence - search.best_model().log_evidence) / search.noise_ratio);
+        const double probability = std::exp(
+            (model.log_evidence - search.best_model().log_evidence) / search.noise_ratio - ahead);
         total += probability;
         add({judgement.material(model), probability, search.best, false}, search.visited, sets);
     }
