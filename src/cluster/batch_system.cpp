@@ -23,7 +23,7 @@ namespace culm::cluster {
 
 namespace {
 
-constexpr std::size_t longest_output = 64 * 1024;
+constexpr std::size_t longest_output = 65536;
 
 /// Whether the text consists of digits only, like job numbers and times in seconds.
 bool is_number(const std::string& text) {

@@ -212,11 +212,11 @@ double AmplitudeLaws::frequency_at(double amplitude) const {
 std::optional<AmplitudeLaws> amplitude_laws(std::span<const BackbonePoint> points) {
     if (points.size() < fewest_windows)
         return std::nullopt;
-    const auto [lowest, highest] = std::ranges::minmax(points, {}, &BackbonePoint::amplitude);
-    if (!(highest.amplitude > least_range * lowest.amplitude))
+    const auto ends = std::ranges::minmax(points, {}, &BackbonePoint::amplitude);
+    if (!(ends.max.amplitude > least_range * ends.min.amplitude))
         return std::nullopt;
     AmplitudeLaws laws;
-    laws.reference = highest.amplitude;
+    laws.reference = ends.max.amplitude;
     const std::vector<Terms> losses{{}, {true, false}, {false, true}, {true, true}};
     const Points ratios = relative_points(points, laws.reference, &BackbonePoint::damping_ratio,
                                           &BackbonePoint::damping_error);
@@ -294,13 +294,13 @@ AmplitudeClass amplitude_class(std::span<const BackbonePoint> points, const Ampl
                                double negligible_shift) {
     if (is_unsteady(points))
         return AmplitudeClass::Beat;
-    const auto [lowest, highest] = std::ranges::minmax(points, {}, &BackbonePoint::amplitude);
+    const auto ends = std::ranges::minmax(points, {}, &BackbonePoint::amplitude);
     const auto change = [&](const auto& law) {
-        return law(highest.amplitude) - law(lowest.amplitude);
+        return law(ends.max.amplitude) - law(ends.min.amplitude);
     };
     const double damping_change =
         change([&](double amplitude) { return laws.damping_at(amplitude); });
-    const double size = std::max(laws.damping_at(highest.amplitude), 1e-12);
+    const double size = std::max(laws.damping_at(ends.max.amplitude), 1e-12);
     constexpr double notable = 0.12; // of the damping ratio
     const bool has_loss = (laws.coulomb || laws.power) && std::abs(damping_change) > notable * size;
     const double shift = change([&](double amplitude) { return laws.frequency_at(amplitude); }) /

@@ -105,10 +105,10 @@ class Projection {
         jacobian.bottomRows(n) = of.weights[j] * part;
         residual.tail(n) = of.weights[j] * rest_of(values);
         coefficients.push_back(solved);
-        covariances.push_back((basis.functions.transpose() * basis.functions)
-                                  .ldlt()
-                                  .solve(MatrixXd::Identity(columns, columns)) /
-                              (of.weights[j] * of.weights[j]));
+        covariances.emplace_back((basis.functions.transpose() * basis.functions)
+                                     .ldlt()
+                                     .solve(MatrixXd::Identity(columns, columns)) /
+                                 (of.weights[j] * of.weights[j]));
         seen.push_back(rows);
     }
 };
