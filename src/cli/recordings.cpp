@@ -11,6 +11,7 @@
 #include <fmt/format.h>
 
 namespace culm::cli {
+
 void add_recording_options(CLI::App& command, RecordingArguments& arguments, const char* paths,
                            const char* output, const char* window) {
     add_option(command, "measurements", arguments.paths, "MEASUREMENT", paths)->required();

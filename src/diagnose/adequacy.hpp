@@ -53,9 +53,8 @@ struct SetVerdict {
                                  const Policy& policy);
 
 /// Share of the misfit of `first` (χ² above the noise) that `fit` explains, from 0 to 1. A chain
-/// that does not move, or is cycles away, leaves the motion itself, which says nothing about the
-/// laws of effects: the misfit counts as that of a chain that follows the motion
-/// (fit::small_remainder).
+/// that does not move, or is cycles away, leaves the motion itself, which says nothing about laws:
+/// its misfit counts as that of a chain that follows the motion (fit::small_remainder).
 [[nodiscard]] double explained_share(const fit::Fit& fit, const fit::Fit& first);
 
 /// Does `fit` have structure and leave more of the misfit of `first` than an answer may?

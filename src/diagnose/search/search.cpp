@@ -241,16 +241,17 @@ class Search {
         return planned;
     }
 
-    /// The base with an effect that gives each of the stem's recordings the first mode of its own
-    /// readings. No derivative about a chain that is cycles away from most of them leads there.
+    /// The base with an effect that gives each recording its first mode (starts_by_frequency()).
     [[nodiscard]] std::vector<PlannedModel> with_own_first_modes() {
         std::vector<PlannedModel> planned;
-        if (!stems_.is_one() || !is_far_ || base().added() > 0 || !base().moves())
+        if (!stems_.is_one() || stems_[0].recordings.size() < 2 || !is_far_ || base().added() > 0 ||
+            !base().moves())
             return planned;
         for (const physics::SelectedEffect& candidate : options_.candidates) {
             std::vector<ActingEffect> effects = base().effects;
             effects.push_back({candidate, {}, {0}, {}, false});
-            if (is_visited(effects) || !can_be_combined(effects, stems_))
+            if (candidate.effect->belongs_to != physics::BelongsTo::Recording ||
+                is_visited(effects) || !can_be_combined(effects, stems_))
                 continue;
             fit::Fit numbers = base().stems[0].fit;
             numbers.effects.push_back(candidate);

@@ -33,11 +33,10 @@ enum class StartSize {
 [[nodiscard]] std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& smaller,
                                                 StartSize size);
 
-/// Starts for recordings of one stem in which its first mode differs by more than one stem with one
-/// material allows. No derivative leads from such a fit to the effect that explains it: the chain
-/// is cycles away from most recordings. In each start the effect, which belongs to recordings, is
-/// absent from one of them and gives each other one the first mode of its readings, with one Y
-/// for all. `models`: with the effect; empty: no size does it, or there is one recording only.
+/// Starts for recordings of one stem whose first modes differ by more than one material allows: the
+/// chain is cycles away from most of them, and no derivative leads back. In each start the effect,
+/// which belongs to recordings, is absent from one of them and gives each other one the first mode
+/// of its readings, with one Y for all. `models`: with the effect. Empty: no size does it.
 [[nodiscard]] std::vector<StartModels>
 starts_by_frequency(StartModels models, const std::string& effect,
                     std::span<const ObservedRecording> recordings);
