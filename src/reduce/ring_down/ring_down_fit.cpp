@@ -309,7 +309,6 @@ RingDownFit fit_ring_down(std::span<const double> times, std::span<const double>
 
     RingDownFit fit;
     fit.samples = samples.times.size();
-    fit.iterations = best.iterations;
     fit.largest_deflection = history.scale;
     set_estimates(best.parameters, free, covariances, history.scale, fit);
     const auto n = static_cast<double>(fit.samples);

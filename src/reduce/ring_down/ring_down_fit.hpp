@@ -65,7 +65,6 @@ struct RingDownFit {
     /// Standard error of b1 per cycle if the residuals were independent. The reported one over this
     /// is the effect of their correlation.
     double independent_decay_error = 0.0;
-    int iterations = 0;            ///< of the minimiser, from the best start
     std::size_t samples = 0;       ///< used by the fit
     RingDownAdequacy adequacy;     ///< of a measured history
     std::vector<double> residuals; ///< (samples), measured − fitted, m
