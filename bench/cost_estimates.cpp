@@ -28,7 +28,7 @@ struct Measured {
 Measured measure(const std::vector<run::CaseSpec>& specs) {
     Measured measured;
     const Timings timings = time_repeats(repeats, [&] {
-        for (const run::CaseOutcome& outcome : run::simulate_together(specs)) {
+        for (const run::CaseOutcome& outcome : run::Simulator().simulate_together(specs)) {
             if (const auto* failure = std::get_if<run::CaseFailure>(&outcome))
                 throw core::NumericalError(failure->kind, failure->reason);
             measured.steps = std::get<run::CaseResult>(outcome).work.steps;

@@ -42,7 +42,7 @@ std::vector<MeasuredBatch> measure_batches(const char* file) {
         for (const std::int64_t point : batch.points)
             specs.push_back(study::case_of_point(study.config, study.design, point));
         const auto compute = [&] {
-            std::vector<run::CaseOutcome> outcomes = run::simulate_together(specs);
+            std::vector<run::CaseOutcome> outcomes = run::Simulator().simulate_together(specs);
             for (std::size_t k = 0; k < specs.size(); ++k)
                 (void)study::make_record(specs[k], std::move(outcomes[k]), study.config.reduce);
         };

@@ -90,7 +90,7 @@ CycleCost cost_of(const std::vector<run::CaseSpec>& specs, double static_start) 
         if (specs.size() == 1)
             (void)completed(run::simulate(specs.front()));
         else
-            for (const run::CaseOutcome& outcome : run::simulate_together(specs))
+            for (const run::CaseOutcome& outcome : run::Simulator().simulate_together(specs))
                 (void)completed(outcome);
     });
     return {1e3 * seconds / all_cycles,

@@ -34,7 +34,7 @@ void compute(const char* file) {
         for (const std::int64_t point : batch.points)
             specs.push_back(study::case_of_point(study.config, study.design, point));
         const double begin = cpu_seconds();
-        std::vector<run::CaseOutcome> outcomes = run::simulate_together(specs);
+        std::vector<run::CaseOutcome> outcomes = run::Simulator().simulate_together(specs);
         const double simulated = cpu_seconds();
         for (std::size_t k = 0; k < specs.size(); ++k)
             if (!study::make_record(specs[k], std::move(outcomes[k]), study.config.reduce)

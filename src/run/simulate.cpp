@@ -100,11 +100,6 @@ CaseOutcome simulate(const CaseSpec& spec, const Heartbeat& heartbeat) {
     return Simulator().simulate(spec, heartbeat);
 }
 
-std::vector<CaseOutcome> simulate_together(std::span<const CaseSpec> specs,
-                                           const Heartbeat& heartbeat) {
-    return Simulator().simulate_together(specs, heartbeat);
-}
-
 double largest_stable_timestep(const CaseSpec& spec) {
     const CaseModel model = case_model(spec);
     if (!model.chain.is_plain()) {

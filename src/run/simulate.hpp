@@ -39,8 +39,6 @@ class Simulator {
 
 /// Simulates one case with a new Simulator.
 [[nodiscard]] CaseOutcome simulate(const CaseSpec& spec, const Heartbeat& heartbeat = {});
-[[nodiscard]] std::vector<CaseOutcome> simulate_together(std::span<const CaseSpec> specs,
-                                                         const Heartbeat& heartbeat = {});
 
 /// Whether two cases may run in neighbouring lanes: equal numbers of spheres and dimensions, law
 /// and method, which is not SUNDIALS; implicit ones with equal tolerance and step limit, explicit

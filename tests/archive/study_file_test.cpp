@@ -27,6 +27,18 @@ std::optional<PointRecord> source(std::int64_t point) {
     return record_of(point);
 }
 
+/// (points, factors), row-major.
+std::vector<double> design_of(const StudyFile& file) {
+    const std::size_t columns = file.description().factors.size();
+    std::vector<double> table(file.statuses().size() * columns);
+    for (std::size_t column = 0; column < columns; ++column) {
+        const auto values = file.factor(file.description().factors[column].name);
+        for (std::size_t row = 0; row < values.size(); ++row)
+            table[row * columns + column] = values[row];
+    }
+    return table;
+}
+
 class Study : public testing::Test {
   protected:
     void write(const StudyDescription& description = example::description()) {
@@ -52,7 +64,7 @@ TEST_F(Study, ReturnsItsDescriptionAndDesign) {
     write();
     const StudyFile study(path_);
     EXPECT_EQ(study.description(), example::description());
-    EXPECT_EQ(study.design(), example::design());
+    EXPECT_EQ(design_of(study), example::design());
     EXPECT_EQ(study.factor("bond_damping").at(3), 30.5);
 }
 
@@ -145,7 +157,7 @@ TEST_F(Study, IsWholeWithMoreRowsThanAChunk) {
         return std::optional(record);
     });
     const StudyFile study(path_);
-    EXPECT_EQ(study.design(), design);
+    EXPECT_EQ(design_of(study), design);
     const std::vector<double> result = study.result("b1");
     for (std::int64_t point : {0, 8191, 8192, 16384, 20000})
         EXPECT_EQ(result.at(static_cast<std::size_t>(point)), -static_cast<double>(point));

@@ -211,7 +211,6 @@ void read(const std::filesystem::path& path) {
     fuzz::may_refuse([&] { static_cast<void>(archive::verify(path)); });
     fuzz::may_refuse([&] {
         const archive::StudyFile file(path);
-        fuzz::may_refuse([&] { static_cast<void>(file.design()); });
         for (const archive::Column& column : file.description().results)
             fuzz::may_refuse([&] { static_cast<void>(file.result(column.name)); });
         for (std::int64_t point = -1; point < 4; ++point)

@@ -26,7 +26,7 @@ TEST(ExplicitLanes, GiveTheSameBitsAloneAndWithOthers) {
     std::vector<CaseSpec> specs;
     for (std::int64_t point = 0; point < 11; ++point)
         specs.push_back(lane_case(point));
-    const auto together = simulate_together(specs);
+    const auto together = Simulator().simulate_together(specs);
     ASSERT_EQ(together.size(), specs.size());
     for (std::size_t k = 0; k < specs.size(); ++k) {
         const CaseOutcome alone = simulate(specs[k]);
@@ -39,7 +39,7 @@ TEST(ExplicitLanes, GiveTheSameBitsAloneAndWithOthers) {
 TEST(ExplicitLanes, DivergingLaneFailsAloneWithTheStableStepInItsReason) {
     std::vector<CaseSpec> specs{lane_case(0), lane_case(1), lane_case(2)};
     specs[1].stem.bond_damping = 500.0; // far beyond the stable step of 1e-8 s
-    const auto outcomes = simulate_together(specs);
+    const auto outcomes = Simulator().simulate_together(specs);
     EXPECT_TRUE(std::holds_alternative<CaseResult>(outcomes[0]));
     EXPECT_TRUE(std::holds_alternative<CaseResult>(outcomes[2]));
     const auto* failure = std::get_if<CaseFailure>(&outcomes[1]);

@@ -38,13 +38,13 @@ const std::vector<double>& tip(const CaseOutcome& outcome) {
 
 TEST(ImplicitLanes, GiveTheSameBitsWithAnyNeighbours) {
     const std::vector<CaseSpec> specs = lane_cases(11);
-    const auto together = simulate_together(specs);
+    const auto together = Simulator().simulate_together(specs);
     ASSERT_EQ(together.size(), specs.size());
     std::vector<CaseSpec> backwards(specs.rbegin(), specs.rend());
-    const auto reversed = simulate_together(backwards);
+    const auto reversed = Simulator().simulate_together(backwards);
     for (std::size_t k = 0; k < specs.size(); ++k) {
         const CaseSpec alone[] = {specs[k]};
-        const auto single = simulate_together(alone);
+        const auto single = Simulator().simulate_together(alone);
         EXPECT_EQ(tip(together[k]).size(), specs[k].sample_count());
         EXPECT_EQ(tip(together[k]), tip(single.front())) << "case " << k;
         EXPECT_EQ(tip(together[k]), tip(reversed[specs.size() - 1 - k])) << "case " << k;
@@ -58,7 +58,7 @@ TEST(ImplicitLanes, AgreeWithASingleStemToRounding) {
         std::vector<CaseSpec> specs = lane_cases(3);
         for (CaseSpec& spec : specs)
             spec.dimensions = dimensions;
-        const auto together = simulate_together(specs);
+        const auto together = Simulator().simulate_together(specs);
         for (std::size_t k = 0; k < specs.size(); ++k) {
             const CaseOutcome alone = simulate(specs[k]);
             // Rounding, amplified by the stiffness; a different algorithm would differ by 1e-6.
@@ -71,11 +71,11 @@ TEST(ImplicitLanes, AgreeWithASingleStemToRounding) {
 }
 
 TEST(ImplicitLanes, FailOnlyForCasesWithoutASolution) {
-    const auto whole = simulate_together(lane_cases(4));
+    const auto whole = Simulator().simulate_together(lane_cases(4));
     std::vector<CaseSpec> specs = lane_cases(4);
     specs[0].stem.bond_youngs_modulus = std::numeric_limits<double>::quiet_NaN();
     specs[2].tip_deflection = std::numeric_limits<double>::quiet_NaN();
-    const auto outcomes = simulate_together(specs);
+    const auto outcomes = Simulator().simulate_together(specs);
     for (const std::size_t k : {std::size_t{0}, std::size_t{2}}) {
         const auto* failure = std::get_if<CaseFailure>(&outcomes[k]);
         ASSERT_NE(failure, nullptr) << "case " << k;

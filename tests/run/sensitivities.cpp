@@ -127,7 +127,7 @@ TEST(Sensitivities, DoNotChangeTheResultOfTheCase) {
     const CaseSpec spec = filmed_stem(2e9, 40.0);
     const auto outcome = simulate_with_sensitivities(spec, baseline_parameters());
     const CaseSpec alone[] = {spec};
-    const auto plain = simulate_together(alone);
+    const auto plain = Simulator().simulate_together(alone);
     EXPECT_EQ(std::get<CaseWithSensitivities>(outcome).result.height_deflection,
               completed(plain.front()).height_deflection);
 }

@@ -99,7 +99,8 @@ struct StudyData {
 
 inline StudyData data_of(const archive::StudyFile& file) {
     StudyData data{file.statuses(), {}, {}, {}, {}};
-    append_bits(data.design, file.design());
+    for (const archive::Column& column : file.description().factors)
+        append_bits(data.design, file.factor(column.name));
     for (const archive::Column& column : file.description().results)
         append_bits(data.results, file.result(column.name));
     for (std::int64_t point = 0; point < file.point_count(); ++point) {

@@ -162,17 +162,6 @@ std::vector<double> StudyFile::column(const std::string& table, const std::vecto
                                        name, core::did_you_mean(name, names)));
 }
 
-std::vector<double> StudyFile::design() const {
-    const std::size_t columns = description_.factors.size();
-    std::vector<double> table(static_cast<std::size_t>(description_.points) * columns);
-    for (std::size_t c = 0; c < columns; ++c) {
-        const std::vector<double> values = factor(description_.factors[c].name);
-        for (std::size_t row = 0; row < values.size(); ++row)
-            table[row * columns + c] = values[row];
-    }
-    return table;
-}
-
 std::vector<double> StudyFile::history(bool stored, const char* what, std::int64_t point,
                                        const std::string& dataset, std::size_t size) const {
     if (!stored)

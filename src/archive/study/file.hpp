@@ -43,9 +43,6 @@ class StudyFile {
     [[nodiscard]] std::vector<double> result(const std::string& name) const {
         return column("/results", description_.results, name);
     }
-    /// All factor columns: (points, factors), row-major.
-    [[nodiscard]] std::vector<double> design() const;
-
     /// Histories of a completed point. InputError if the study does not store them, or if the point
     /// is outside of the design, failed, or missing.
     [[nodiscard]] std::vector<double> tip_deflection(std::int64_t point) const; ///< (samples), m

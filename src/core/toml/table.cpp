@@ -253,13 +253,6 @@ std::vector<double> TomlTable::numbers(const std::string& key, const Interval& r
         .value_or(std::vector<double>());
 }
 
-std::vector<std::string> TomlTable::texts(const std::string& key) const {
-    const auto text = [](const toml::node& element) { return element.value_exact<std::string>(); };
-    return checked(*this, key, ask(key), "must be a list of texts in quotes",
-                   [&](const toml::node& node) { return converted_list<std::string>(node, text); })
-        .value_or(std::vector<std::string>());
-}
-
 std::string TomlTable::spelling_of(const std::string& key) const {
     const std::string si = si_key(key);
     return !si.empty() && has(si) ? si : key;

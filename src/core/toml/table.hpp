@@ -53,7 +53,6 @@ class TomlTable {
     [[nodiscard]] std::optional<bool> flag(const std::string& key) const;
     [[nodiscard]] std::vector<double> numbers(const std::string& key, const Interval& range,
                                               std::string_view allowed = {}) const;
-    [[nodiscard]] std::vector<std::string> texts(const std::string& key) const;
 
     // A quantity is named by its key in the small unit, for example "length_mm".
 

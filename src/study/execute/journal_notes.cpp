@@ -3,10 +3,10 @@
 
 #include "core/decimal_text.hpp"
 #include "core/error.hpp"
+#include "core/user_files.hpp"
 #include "farm/communicator.hpp"
 #include "study/design/design.hpp"
 
-#include <cerrno>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -24,23 +24,15 @@ namespace fs = std::filesystem;
 
 constexpr const char* note_format = "culm-journal-note";
 
-/// Replaces a file atomically. Throws StorageError if it cannot be written; `error` is that of the
-/// renaming.
-void replace_json(const fs::path& file, const nlohmann::ordered_json& json,
-                  std::error_code& error) {
+/// Replaces a file atomically. Throws StorageError.
+void replace_json(const fs::path& file, const nlohmann::ordered_json& json) {
     const fs::path temporary = file.string() + ".tmp";
-    std::ofstream out(temporary);
-    out << json.dump(1) << '\n';
-    out.flush();
-    if (!out) {
-        const int reason = errno;
-        out.close();
-        fs::remove(temporary, error);
-        throw core::StorageError(fmt::format("cannot write {}: {}", temporary.string(),
-                                             std::generic_category().message(reason)));
-    }
-    out.close();
+    std::error_code error;
+    core::write_text(temporary, json.dump(1) + '\n');
     fs::rename(temporary, file, error);
+    if (error)
+        throw core::StorageError(
+            fmt::format("cannot write {}: {}", file.string(), error.message()));
 }
 
 constexpr const char* pace_format = "culm-pace";
@@ -54,14 +46,9 @@ bool is_sound(const farm::Pace& pace) {
 
 void write_note(const StudyFolder& folder, const archive::Texts& note) {
     const nlohmann::ordered_json::object_t texts(note.begin(), note.end());
-    std::error_code error;
-    fs::create_directories(folder.journals(), error);
-    if (!error)
-        replace_json(folder.note(),
-                     {{"format", note_format}, {"format_version", "2.0"}, {"study", texts}}, error);
-    if (error)
-        throw core::StorageError(
-            fmt::format("cannot write {}: {}", folder.note().string(), error.message()));
+    core::create_folder(folder.journals());
+    replace_json(folder.note(),
+                 {{"format", note_format}, {"format_version", "2.0"}, {"study", texts}});
 }
 
 std::optional<archive::Texts> read_note(const StudyFolder& folder) {
@@ -111,13 +98,11 @@ void write_pace(const StudyFolder& folder, const farm::Pace& pace) {
     if (!is_sound(pace) || !fs::is_directory(folder.journals(), error))
         return;
     try {
-        replace_json(folder.pace(),
-                     {{"format", pace_format},
-                      {"format_version", "1.0"},
-                      {"estimated_seconds", pace.cost},
-                      {"seconds", pace.seconds},
-                      {"seconds_squared_per_estimated_second", pace.squares}},
-                     error);
+        replace_json(folder.pace(), {{"format", pace_format},
+                                     {"format_version", "1.0"},
+                                     {"estimated_seconds", pace.cost},
+                                     {"seconds", pace.seconds},
+                                     {"seconds_squared_per_estimated_second", pace.squares}});
     } catch (const core::StorageError&) {
         return;
     }

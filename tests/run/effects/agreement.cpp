@@ -78,7 +78,7 @@ TEST_P(EveryEffect, IsTheSameInLanes) {
     for (CaseSpec& spec : specs)
         spec.integrator.relative_tolerance = 1e-6;
     ASSERT_TRUE(can_share_lanes(specs[0], specs[1]));
-    const auto together = simulate_together(specs);
+    const auto together = Simulator().simulate_together(specs);
     for (std::size_t k = 0; k < specs.size(); ++k) {
         // Lanes and scalars sum in a different order, which causes rounding differences. Where
         // friction changes its sign or a joint turns back within a step, the choice of the next

@@ -86,11 +86,11 @@ TEST(UsersFormula, FailsOnlyTheLaneInWhichItHasNoValue) {
         spec.sample_interval = 1e-3;
     }
     specs[1].tip_deflection = 20e-3;
-    const std::vector<CaseOutcome> outcomes = simulate_together(specs);
+    const std::vector<CaseOutcome> outcomes = Simulator().simulate_together(specs);
     ASSERT_EQ(outcomes.size(), 3U);
     ASSERT_TRUE(std::holds_alternative<CaseFailure>(outcomes[1]));
     EXPECT_EQ(std::get<CaseFailure>(outcomes[1]).kind, core::FailureKind::UserExpression);
-    const std::vector<CaseOutcome> alone = simulate_together({specs.data(), 1});
+    const std::vector<CaseOutcome> alone = Simulator().simulate_together({specs.data(), 1});
     for (const std::size_t k : {0U, 2U}) {
         ASSERT_TRUE(std::holds_alternative<CaseResult>(outcomes[k]));
         EXPECT_EQ(std::get<CaseResult>(outcomes[k]).tip_deflection,
