@@ -21,6 +21,7 @@ configure_package_config_file(cmake/culmConfig.cmake.in ${PROJECT_BINARY_DIR}/cu
 write_basic_package_version_file(${PROJECT_BINARY_DIR}/culmConfigVersion.cmake
     COMPATIBILITY SameMinorVersion)
 install(FILES ${PROJECT_BINARY_DIR}/culmConfig.cmake ${PROJECT_BINARY_DIR}/culmConfigVersion.cmake
+    cmake/FindLibdeflate.cmake
     cmake/FindOpenCvModules.cmake
     DESTINATION ${culm_package_folder} COMPONENT libraries)
 

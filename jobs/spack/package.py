@@ -30,7 +30,7 @@ class Culm(CMakePackage, PythonExtension):
     depends_on("nlohmann-json@3.11:")
     depends_on("opencv@4.5:+videoio+imgcodecs+imgproc")
     depends_on("random123@1.14:")
-    depends_on("zlib-api")
+    depends_on("libdeflate@1.8:")
     with when("+reports"):
         extends("python")
         depends_on("python@3.11:", type="run")

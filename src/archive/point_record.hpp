@@ -39,4 +39,11 @@ struct PointRecord {
     bool operator==(const PointRecord&) const = default;
 };
 
+/// The payload of a journal's record; its header has the rest.
+template <class Wire>
+void fields(Wire& wire, PointRecord& record) {
+    wire(record.failure_kind, record.failure_reason, record.values, record.tip_deflection,
+         record.height_deflection, record.positions);
+}
+
 } // namespace culm::archive

@@ -77,12 +77,12 @@ TEST_F(Journal, HasTheDocumentedBytes) {
     JournalWriter(path_, "id").append(record);
     const std::string bytes = read_bytes(path_);
     using namespace std::string_literals;
-    EXPECT_EQ(bytes.substr(0, 18), "CULMJRNL\x02\0\0\0\x02\0\0\0id"s);
-    EXPECT_EQ(bytes.substr(22, 8), "\xC5REC\r\n\x1A\xF1"s);
-    EXPECT_EQ(bytes.substr(30, 24),
-              "\x30\0\0\0\0\0\0\0"s + "\x02\x01\0\0\0\0\0\0"s + "\0\0\0\0\0\0\0\0"s);
+    EXPECT_EQ(bytes.substr(0, 22), "CULMJRNL\x03\0\0\0\x02\0\0\0\0\0\0\0id"s);
+    EXPECT_EQ(bytes.substr(26, 8), "\xC5REC\r\n\x1A\xF1"s);
+    EXPECT_EQ(bytes.substr(34, 24),
+              "\x38\0\0\0\0\0\0\0"s + "\x02\x01\0\0\0\0\0\0"s + "\0\0\0\0\0\0\0\0"s);
     // Two empty texts, one value 1.0, three empty arrays.
-    EXPECT_EQ(bytes.substr(62), "\0\0\0\0\0\0\0\0"s + "\x01\0\0\0\0\0\0\0"s +
+    EXPECT_EQ(bytes.substr(66), std::string(16, '\0') + "\x01\0\0\0\0\0\0\0"s +
                                     "\0\0\0\0\0\0\xF0\x3F"s + std::string(24, '\0'));
 }
 
@@ -216,9 +216,9 @@ TEST_F(Journal, IsRefusedWithAnotherVersionOrOtherContent) {
         return "accepted";
     };
     std::string newer = whole;
-    newer[8] = 3;
-    EXPECT_THAT(message(newer), testing::HasSubstr("journal format version 3; this culm reads "
-                                                   "version 2"));
+    newer[8] = 4;
+    EXPECT_THAT(message(newer), testing::HasSubstr("journal format version 4; this culm reads "
+                                                   "version 3"));
     EXPECT_THAT(message("a text of somebody else"), testing::HasSubstr("is not a culm journal"));
     std::string damaged = whole;
     damaged[20] ^= 1;

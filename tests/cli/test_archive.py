@@ -22,7 +22,7 @@ from culm_program import (BAD_INPUT, DONE, OVERDAMPED, PATIENCE, POINTS_FAILED, 
 SOURCE = Path(__file__).resolve().parents[2]
 OLDER = SOURCE / "tests" / "data" / "older-formats"
 sys.path += [str(SOURCE / "tests" / "support"), str(SOURCE / "postprocess")]
-from culm_archive import Study  # noqa: E402
+from culm.archive import Study  # noqa: E402
 from json_schema import schema_faults, schema_of  # noqa: E402
 
 SCHEMA = schema_of("archive")
@@ -173,7 +173,7 @@ class OlderFormats(ArchiveTest):
             content[8] = version
             journal.write_bytes(content)
             refused = self.culm("run", "study.toml", "-o", folder, "--resume")
-            self.assertIn(f"has journal format version {version}; this culm reads version 2. "
+            self.assertIn(f"has journal format version {version}; this culm reads version 3. "
                           "Continue with the culm that began the study, or move the file away to "
                           "compute its points again", refused.stderr)
             self.assertNotEqual(refused.returncode, DONE)

@@ -5,6 +5,7 @@
 #include "archive/bytes.hpp"
 #include "archive/journal/format.hpp"
 #include "archive/journal/read.hpp"
+#include "core/wire.hpp"
 #include "fuzz/fuzz_input.hpp"
 #include "study/execute/folder_state.hpp"
 
@@ -22,16 +23,14 @@ void append(std::string& bytes, std::span<const std::byte> more) {
 
 /// A record as archive::encode_record writes it, with any payload.
 std::string record_with(std::string_view payload) {
-    archive::ByteWriter header;
-    header.put_bytes(archive::record_magic);
-    header.put(static_cast<std::uint64_t>(payload.size()));
-    header.put(std::int64_t{3});
-    header.put(static_cast<std::uint32_t>(archive::RecordKind::Completed));
-    header.put(std::uint32_t{0});
-    header.put(archive::crc32(std::as_bytes(std::span(payload.data(), payload.size()))));
-    header.put(archive::crc32(header.bytes()));
+    core::WireWriter header;
+    header(archive::record_magic, std::uint64_t{payload.size()}, std::int64_t{3},
+           static_cast<std::uint32_t>(archive::RecordKind::Completed), std::uint32_t{0},
+           archive::crc32(payload));
+    const core::Bytes bytes = header.take();
     std::string record;
-    append(record, header.bytes());
+    append(record, bytes);
+    append(record, core::encoded(archive::crc32(bytes)));
     return record.append(payload);
 }
 

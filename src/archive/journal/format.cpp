@@ -2,27 +2,32 @@
 #include "archive/journal/format.hpp"
 
 #include "archive/bytes.hpp"
+#include "core/error.hpp"
+#include "core/wire.hpp"
 
 #include <algorithm>
-#include <utility>
+#include <bit>
+#include <string>
+
+#include <fmt/format.h>
 
 namespace culm::archive {
+
+static_assert(std::endian::native == std::endian::little, "numbers are written as they are");
 
 namespace {
 
 /// Header and payload have a checksum each. An intact header locates the next record even if its
 /// payload is damaged, so that one flipped bit destroys only one record.
-std::vector<std::byte> encoded_header(std::int64_t point, RecordKind kind,
-                                      std::span<const std::byte> payload) {
-    ByteWriter header;
-    header.put_bytes(record_magic);
-    header.put(static_cast<std::uint64_t>(payload.size()));
-    header.put(point);
-    header.put(static_cast<std::uint32_t>(kind));
-    header.put(std::uint32_t{0});
-    header.put(crc32(payload));
-    header.put(crc32(header.bytes()));
-    return header.take();
+core::Bytes encoded_header(std::int64_t point, RecordKind kind,
+                           std::span<const std::byte> payload) {
+    core::WireWriter header;
+    header(record_magic, std::uint64_t{payload.size()}, point, static_cast<std::uint32_t>(kind),
+           std::uint32_t{0}, crc32(payload));
+    core::Bytes bytes = header.take();
+    const core::Bytes checksum = core::encoded(crc32(bytes));
+    bytes.insert(bytes.end(), checksum.begin(), checksum.end());
+    return bytes;
 }
 
 bool is_known_kind(std::uint32_t number) {
@@ -30,68 +35,45 @@ bool is_known_kind(std::uint32_t number) {
            number != static_cast<std::uint32_t>(PointStatus::Missing);
 }
 
-/// The payload (docs/archive-format.md): all members except point and status, which are in the
-/// record's header.
-void put_payload(const PointRecord& record, ByteWriter& writer) {
-    const std::size_t doubles = record.values.size() + record.tip_deflection.size() +
-                                record.height_deflection.size() + record.positions.size();
-    writer.reserve(64 + record.failure_kind.size() + record.failure_reason.size() +
-                   doubles * sizeof(double));
-    writer.put_text(record.failure_kind);
-    writer.put_text(record.failure_reason);
-    writer.put_doubles(record.values);
-    writer.put_doubles(record.tip_deflection);
-    writer.put_doubles(record.height_deflection);
-    writer.put_doubles(record.positions);
-}
-
 } // namespace
 
 std::vector<std::byte> encode_journal_header(std::string_view identity) {
-    ByteWriter writer;
-    writer.put_bytes(std::as_bytes(std::span(journal_magic)));
-    writer.put(journal_version);
-    writer.put_text(identity);
-    writer.put(crc32(writer.bytes()));
-    return writer.take();
+    core::WireWriter header;
+    header(journal_magic, journal_version, std::string(identity));
+    core::Bytes bytes = header.take();
+    const core::Bytes checksum = core::encoded(crc32(bytes));
+    bytes.insert(bytes.end(), checksum.begin(), checksum.end());
+    return bytes;
 }
 
-void encode_record(const PointRecord& record, std::vector<std::byte>& bytes) {
-    // The payload is encoded behind a gap for the header, whose checksum is known only afterwards.
-    // Thus histories are copied only once.
-    bytes.resize(record_header_size);
-    ByteWriter payload(std::move(bytes));
-    put_payload(record, payload);
-    bytes = payload.take();
-    const auto content = std::span<const std::byte>(bytes).subspan(record_header_size);
-
-    std::ranges::copy(encoded_header(record.point,
-                                     record.completed ? RecordKind::Completed : RecordKind::Failed,
-                                     content),
-                      bytes.begin());
+std::vector<std::byte> encode_record(const PointRecord& record) {
+    core::Bytes bytes = core::encoded(record);
+    const core::Bytes header = encoded_header(
+        record.point, record.completed ? RecordKind::Completed : RecordKind::Failed, bytes);
+    bytes.insert(bytes.begin(), header.begin(), header.end());
+    return bytes;
 }
 
-void encode_marks(std::span<const std::int64_t> points, RecordKind kind,
-                  std::vector<std::byte>& bytes) {
-    bytes.clear();
-    ByteWriter marks(std::move(bytes));
-    for (const std::int64_t point : points)
-        marks.put_bytes(encoded_header(point, kind, {}));
-    bytes = marks.take();
+std::vector<std::byte> encode_marks(std::span<const std::int64_t> points, RecordKind kind) {
+    core::Bytes bytes;
+    for (const std::int64_t point : points) {
+        const core::Bytes mark = encoded_header(point, kind, {});
+        bytes.insert(bytes.end(), mark.begin(), mark.end());
+    }
+    return bytes;
 }
 
 std::optional<RecordHeader> decode_record_header(std::span<const std::byte> bytes) {
     if (bytes.size() < record_header_size ||
         !std::equal(record_magic.begin(), record_magic.end(), bytes.begin()))
         return std::nullopt;
-    ByteReader reader(bytes.first(record_header_size).subspan(record_magic.size()), "header");
+    bytes = bytes.first(record_header_size);
+    core::WireReader reader({bytes.begin() + record_magic.size(), bytes.end()});
     RecordHeader header;
-    header.payload_size = reader.get<std::uint64_t>();
-    header.point = reader.get<std::int64_t>();
-    const auto kind = reader.get<std::uint32_t>();
-    const auto reserved = reader.get<std::uint32_t>();
-    header.payload_crc = reader.get<std::uint32_t>();
-    const auto header_crc = reader.get<std::uint32_t>();
+    std::uint32_t kind = 0;
+    std::uint32_t reserved = 0;
+    std::uint32_t header_crc = 0;
+    reader(header.payload_size, header.point, kind, reserved, header.payload_crc, header_crc);
     // The checksum is tested first: kind and size of a damaged header are meaningless.
     if (header_crc != crc32(bytes.first(record_header_size - sizeof(header_crc))) ||
         !is_known_kind(kind) || reserved != 0)
@@ -101,17 +83,12 @@ std::optional<RecordHeader> decode_record_header(std::span<const std::byte> byte
 }
 
 PointRecord decode_payload(std::span<const std::byte> payload, std::string_view where) {
-    ByteReader reader(payload, where);
-    PointRecord record;
-    record.failure_kind = reader.get_text();
-    record.failure_reason = reader.get_text();
-    record.values = reader.get_doubles();
-    record.tip_deflection = reader.get_doubles();
-    record.height_deflection = reader.get_doubles();
-    record.positions = reader.get_doubles();
-    if (!reader.is_empty())
-        throw core::StorageError(std::string(where) + ": unexpected bytes after the content");
-    return record;
+    try {
+        return core::decoded<PointRecord>({payload.begin(), payload.end()});
+    } catch (const core::WireError&) {
+        throw core::StorageError(
+            fmt::format("{}: the content does not have the lengths that it states", where));
+    }
 }
 
 } // namespace culm::archive

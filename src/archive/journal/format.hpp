@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The bytes of a journal: file header and record headers (docs/archive-format.md, journal 2).
+// The bytes of a journal: file header and record headers (docs/archive-format.md, journal 3).
 #pragma once
 
 #include "archive/point_record.hpp"
@@ -14,10 +14,10 @@
 
 namespace culm::archive {
 
-inline constexpr std::uint32_t journal_version = 2;
+inline constexpr std::uint32_t journal_version = 3;
 inline constexpr std::array<char, 8> journal_magic = {'C', 'U', 'L', 'M', 'J', 'R', 'N', 'L'};
 /// Bytes of the file header before the identity text: magic, version, length.
-inline constexpr std::size_t journal_prefix_size = 16;
+inline constexpr std::size_t journal_prefix_size = 20;
 
 /// The first bytes of every record. Neither texts nor likely doubles contain them, so that a search
 /// for them rarely finds anything else.
@@ -49,13 +49,12 @@ struct RecordHeader {
 /// Magic, version, length and text of the study's identity, CRC-32 of all that.
 [[nodiscard]] std::vector<std::byte> encode_journal_header(std::string_view identity);
 
-/// Header and payload of a record in one block, ready for one write. Replaces the content of
-/// `bytes` and reuses its memory.
-void encode_record(const PointRecord& record, std::vector<std::byte>& bytes);
+/// Header and payload of a record in one block, ready for one write.
+[[nodiscard]] std::vector<std::byte> encode_record(const PointRecord& record);
 
-/// One mark of this kind for each point, in one block. Replaces the content of `bytes`.
-void encode_marks(std::span<const std::int64_t> points, RecordKind kind,
-                  std::vector<std::byte>& bytes);
+/// One mark of this kind for each point, in one block.
+[[nodiscard]] std::vector<std::byte> encode_marks(std::span<const std::int64_t> points,
+                                                  RecordKind kind);
 
 /// The header in these record_header_size bytes; nothing if magic or checksum is wrong.
 [[nodiscard]] std::optional<RecordHeader> decode_record_header(std::span<const std::byte> bytes);

@@ -4,6 +4,7 @@
 #include "archive/bytes.hpp"
 #include "archive/journal/format.hpp"
 #include "core/error.hpp"
+#include "core/wire.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -131,6 +132,17 @@ bool header_was_never_finished(const FileDescriptor& file, std::string_view iden
            is_all_zero(file, size);
 }
 
+/// Version and length of the identity behind the magic.
+struct JournalPrefix {
+    std::uint32_t version = 0;
+    std::uint64_t text_size = 0;
+};
+
+JournalPrefix prefix_of(std::span<const std::byte> bytes) {
+    return core::decoded<JournalPrefix>(
+        {bytes.begin() + journal_magic.size(), bytes.begin() + journal_prefix_size});
+}
+
 /// Whether the file ends within the header of any study.
 bool is_beginning_of_header(const FileDescriptor& file) {
     const std::vector<std::byte> bytes = bytes_at(file, 0, journal_prefix_size);
@@ -140,9 +152,7 @@ bool is_beginning_of_header(const FileDescriptor& file) {
         return false;
     if (bytes.size() < journal_prefix_size)
         return true;
-    ByteReader prefix(std::span<const std::byte>(bytes).subspan(magic.size()), "header");
-    (void)prefix.get<std::uint32_t>();
-    return journal_prefix_size + std::uint64_t{prefix.get<std::uint32_t>()} > file.size();
+    return prefix_of(bytes).text_size > file.size() - journal_prefix_size;
 }
 
 struct HeaderText {
@@ -157,23 +167,22 @@ HeaderText read_header(const FileDescriptor& file) {
     if (bytes.size() < journal_prefix_size ||
         !std::equal(magic.begin(), magic.end(), bytes.begin()))
         throw core::StorageError(fmt::format("{} is not a culm journal", name));
-    ByteReader prefix(std::span<const std::byte>(bytes).subspan(magic.size()), name);
-    const auto version = prefix.get<std::uint32_t>();
+    const auto [version, text_size] = prefix_of(bytes);
     if (version != journal_version)
         throw core::StorageError(fmt::format(
             "{} has journal format version {}; this culm reads version {}. Continue with the culm "
             "that began the study, or move the file away to compute its points again",
             name, version, journal_version));
-    const auto text_size = prefix.get<std::uint32_t>();
-    const std::uint64_t size = journal_prefix_size + std::uint64_t{text_size} + sizeof(version);
-    if (size <= file.size()) {
+    constexpr std::uint64_t around = journal_prefix_size + sizeof(std::uint32_t);
+    if (text_size <= file.size() && around <= file.size() - text_size) {
+        const std::uint64_t size = around + text_size;
         bytes = bytes_at(file, 0, size);
-        ByteReader reader(std::span<const std::byte>(bytes).subspan(magic.size() + sizeof(version)),
-                          name);
-        HeaderText header{reader.get_text(), size};
-        const auto body = std::span<const std::byte>(bytes).first(bytes.size() - sizeof(version));
-        if (reader.get<std::uint32_t>() == crc32(body))
-            return header;
+        const auto body = std::span<const std::byte>(bytes).first(size - sizeof(std::uint32_t));
+        const std::span<const std::byte> checksum =
+            std::span<const std::byte>(bytes).subspan(body.size());
+        if (core::decoded<std::uint32_t>({checksum.begin(), checksum.end()}) == crc32(body))
+            return {{reinterpret_cast<const char*>(body.data()) + journal_prefix_size, text_size},
+                    size};
     }
     throw core::StorageError(fmt::format(
         "{}: the header is damaged, so its study is unknown; move the file away to continue "

@@ -62,29 +62,26 @@ void JournalWriter::start(std::string_view identity) {
 }
 
 void JournalWriter::append(const PointRecord& record) {
-    encode_record(record, buffer_);
-    write_buffer();
+    write(encode_record(record));
 }
 
 void JournalWriter::mark_started(std::span<const std::int64_t> points) {
-    encode_marks(points, RecordKind::Started, buffer_);
-    write_buffer();
+    write(encode_marks(points, RecordKind::Started));
 }
 
 void JournalWriter::mark_given_back(std::span<const std::int64_t> points) {
-    encode_marks(points, RecordKind::GivenBack, buffer_);
-    write_buffer();
+    write(encode_marks(points, RecordKind::GivenBack));
 }
 
-void JournalWriter::write_buffer() {
+void JournalWriter::write(std::span<const std::byte> bytes) {
     if (tail_is_dirty_) {
         file_.truncate(end_);
         tail_is_dirty_ = false;
     }
     const std::uint64_t before = end_;
     try {
-        file_.write_at(buffer_, before);
-        end_ = before + buffer_.size();
+        file_.write_at(bytes, before);
+        end_ = before + bytes.size();
         is_unsynced_ = true;
         if (std::chrono::steady_clock::now() - last_sync_ >= options_.sync_interval)
             sync();

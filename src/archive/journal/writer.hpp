@@ -57,14 +57,13 @@ class JournalWriter {
 
   private:
     void start(std::string_view identity);
-    void write_buffer();
+    void write(std::span<const std::byte> bytes);
     void cut_to_end() noexcept;
 
     FileDescriptor file_;
     JournalOptions options_;
-    std::vector<std::byte> buffer_; ///< of the last record; its memory is reused
-    std::uint64_t end_ = 0;         ///< end of the last committed record, bytes
-    bool tail_is_dirty_ = false;    ///< a failed append could not be cut off yet
+    std::uint64_t end_ = 0;      ///< end of the last committed record, bytes
+    bool tail_is_dirty_ = false; ///< a failed append could not be cut off yet
     bool is_unsynced_ = false;
     std::chrono::steady_clock::time_point last_sync_ = std::chrono::steady_clock::now();
 };
