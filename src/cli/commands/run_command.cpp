@@ -74,6 +74,15 @@ std::string announcement(const study::Estimate& plan, const farm::Pace& pace, in
                               present::bytes_text(plan.archive_bytes));
 }
 
+std::string extension_text(const study::Extension& extension, const std::string& folder) {
+    if (!extension.former.empty())
+        return fmt::format("the study in {} has no histories at the new heights: its points are "
+                           "computed again, and the former archive stays in {}",
+                           folder, extension.former);
+    return fmt::format("the study in {} is extended: {} of {} points are there", folder,
+                       extension.kept, extension.points);
+}
+
 /// Reports a write error: the disk may be full, broken, or read-only.
 core::ExitCode storage_failure(const core::StorageError& error) {
     print_error(fmt::format(
@@ -180,6 +189,13 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
     options.farm.stop_requested =
         stop_after_signal(communicator, "the points computed so far", output);
     options.farm.progress = [&display](const farm::Progress& progress) { display.show(progress); };
+    if (arguments.folder.resume) {
+        const auto extension = farm::on_root(communicator, [&] {
+            return study::extend_folder(study, folder, options.provenance, options.lock_wait);
+        });
+        if (extension && prints)
+            print_note(extension_text(*extension, output));
+    }
     const study::ExecuteOutcome outcome = study::execute(study, folder, communicator, options);
     display.finish();
     return farm::on_root(communicator, [&] {
@@ -209,7 +225,8 @@ void add_run_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**
                "Folder for study.h5 and summary.json (default: results/<study name>)");
     CLI::Option* resume = command->add_flag(
         "--resume", arguments->folder.resume,
-        "Compute only the points that are missing in the folder; refuses a changed study");
+        "Compute only the points that are missing in the folder. The study may have more levels, "
+        "points, replicates or stored heights than the one there; another change is refused");
     command
         ->add_flag("--retry-failed", arguments->folder.retry_failed,
                    "With --resume: compute failed points again")

@@ -6,7 +6,9 @@
 #include "core/user_files.hpp"
 #include "study/config/study_config.hpp"
 #include "study/execute/execute.hpp"
+#include "study/execute/extension.hpp"
 #include "study/execute/folder_state.hpp"
+#include "study/execute/journal_notes.hpp"
 #include "study/execute/point_results.hpp"
 #include "study/summary/summary.hpp"
 
@@ -174,6 +176,52 @@ FolderState sound_state(const StudyFolder& folder) {
     return state;
 }
 
+constexpr std::string_view extended_entry = "extended_from";
+
+/// The description of the study that a folder holds; nothing if there is none that can be read.
+std::optional<archive::Texts> stored_description(const StudyFolder& folder) {
+    try {
+        if (is_there(folder.archive()))
+            return archive::StudyFile(folder.archive()).description().provenance;
+        return read_note(folder);
+    } catch (const core::StorageError&) { // prepare_folder says what to do
+        return std::nullopt;
+    }
+}
+
+void remove_journals(const StudyFolder& folder) {
+    std::error_code error;
+    std::filesystem::remove_all(folder.journals(), error);
+    if (error)
+        throw core::StorageError(
+            fmt::format("cannot remove {}, whose points are in the archive: {}",
+                        folder.journals().string(), error.message()));
+}
+
+/// An interrupted extension leaves the journals of the study whose points the archive has taken in.
+void remove_absorbed_journals(const StudyFolder& folder, const archive::Texts& description) {
+    const std::string absorbed = archive::text_named(extended_entry, description);
+    if (absorbed.empty())
+        return;
+    for (const std::filesystem::path& journal : archive::journal_files(folder.journals()))
+        if (archive::read_journal_identity(journal) == absorbed)
+            return remove_journals(folder);
+}
+
+/// A second name for the archive, which stays when the first one gets another file.
+std::string keep_former_archive(const StudyFolder& folder) {
+    const std::filesystem::path former = folder.path() / "study-before-extension.h5";
+    std::error_code error;
+    std::filesystem::remove(former, error);
+    std::filesystem::create_hard_link(folder.archive(), former, error);
+    if (error) // a file system without hard links
+        std::filesystem::copy_file(folder.archive(), former, error);
+    if (error)
+        throw core::StorageError(fmt::format("cannot keep the stored archive as {}: {}",
+                                             former.string(), error.message()));
+    return former.string();
+}
+
 /// The study as described by the first folder that contains its configuration, and where it ran.
 struct Origin {
     Study study;
@@ -203,14 +251,49 @@ bool assemble_archive(const Study& study, const StudyFolder& folder,
             return false;
     write_archive(folder.archive(), study, provenance,
                   [&](std::int64_t point) { return records.find_record(point); });
-    std::error_code error;
-    // The journals are removed only when the archive is on the disk under its name.
-    std::filesystem::remove_all(folder.journals(), error);
-    if (error)
-        throw core::StorageError(
-            fmt::format("cannot remove {}, whose points are in the archive: {}",
-                        folder.journals().string(), error.message()));
+    // The archive is on the disk under its name.
+    remove_journals(folder);
     return true;
+}
+
+std::optional<Extension> extend_folder(const Study& study, const StudyFolder& folder,
+                                       const archive::Texts& facts,
+                                       const archive::LockWait& lock_wait) {
+    const std::optional<archive::Texts> description = stored_description(folder);
+    if (!description)
+        return std::nullopt;
+    const FolderLock lock(folder, lock_wait);
+    remove_absorbed_journals(folder, *description);
+    const Study stored = archived_study(*description);
+    const std::string identity = stored.config.identity();
+    if (identity == study.config.identity() || !may_extend(identity, study.config.identity()))
+        return std::nullopt;
+    const ExtensionMap map = extension_of(stored, study);
+    static_cast<void>(
+        prepare_folder(folder, identity, stored.design.point_count(), {.resume = true}));
+    Extension extension{0, study.design.point_count(), {}};
+    if (map.adds_heights && !assemble_archive(stored, folder, *description))
+        throw core::InputError(fmt::format(
+            "{}: the stored study is not complete; complete it before more heights are stored",
+            folder.path().string()));
+    if (map.adds_heights)
+        extension.former = keep_former_archive(folder);
+    FolderRecords records(folder, identity);
+    archive::Texts provenance = provenance_of(study.config, facts);
+    provenance.emplace_back(extended_entry, identity);
+    write_archive(folder.archive(), study, provenance, [&](std::int64_t point) {
+        const std::int64_t former = map.stored_point[static_cast<std::size_t>(point)];
+        std::optional<PointRecord> record;
+        if (former >= 0 && !map.adds_heights)
+            record = records.find_record(former);
+        if (record) {
+            record->point = point;
+            ++extension.kept;
+        }
+        return record;
+    });
+    remove_journals(folder);
+    return extension;
 }
 
 MergeOutcome merge_folders(const std::vector<StudyFolder>& sources, const StudyFolder& target,

@@ -12,6 +12,8 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
+#include <string>
 #include <vector>
 
 namespace culm::study {
@@ -56,6 +58,21 @@ struct ExecuteOutcome {
                                      const farm::Communicator* communicator,
                                      const ExecuteOptions& options);
 
+/// What extend_folder found.
+struct Extension {
+    std::int64_t kept = 0;   ///< outcomes of the stored study that the new one has
+    std::int64_t points = 0; ///< of the new study
+    std::string former;      ///< the stored archive is kept here, if its points are computed again
+};
+
+/// If the folder holds another study that `study` extends, replaces its archive by that of `study`,
+/// in which the new points are missing; execute computes them. Nothing if the folder is empty, or
+/// holds this study or one that differs in its fixed settings. `facts` are about this program.
+/// Throws core::InputError as extension_of and as prepare_folder, core::StorageError.
+[[nodiscard]] std::optional<Extension> extend_folder(const Study& study, const StudyFolder& folder,
+                                                     const archive::Texts& facts,
+                                                     const archive::LockWait& lock_wait = {});
+
 /// Contents of the study file besides the points; its version is the entry of that name.
 [[nodiscard]] archive::StudyDescription description_of(const Study& study,
                                                        const archive::Texts& provenance);
@@ -64,8 +81,8 @@ struct ExecuteOutcome {
 [[nodiscard]] archive::Texts provenance_of(const StudyConfig& config, archive::Texts facts);
 
 /// Writes the study file if the journals (and an older study file) contain every point, and then
-/// removes the journals. Returns false and changes nothing if points are missing. Throws
-/// core::StorageError; the journals remain in that case.
+/// removes the journals. Returns false and changes nothing if points
+/// are missing. Throws core::StorageError; the journals remain in that case.
 [[nodiscard]] bool assemble_archive(const Study& study, const StudyFolder& folder,
                                     const archive::Texts& provenance);
 

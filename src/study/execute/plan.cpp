@@ -27,16 +27,6 @@ std::optional<std::string> fault_of(const run::CaseSpec& spec, const CaseCheck& 
     return further ? further(spec) : std::nullopt;
 }
 
-std::string factors_text(const Design& design, std::int64_t point) {
-    std::string text;
-    for (std::size_t column = 0; column < design.factors.size(); ++column) {
-        const Parameter& parameter = *design.factors[column].parameter;
-        text += fmt::format("{}{} = {:.6g}", text.empty() ? "" : ", ", parameter.key,
-                            parameter.unit.from_si(design.row(point)[column]));
-    }
-    return text.empty() ? text : " (" + text + ")";
-}
-
 /// Time per bond and step of all lanes together, s, and the factor for a spatial chain: measured
 /// by bench_cost_estimates on the reference machine (docs/performance.md).
 constexpr double explicit_bond_step_seconds = 9.2e-9;
@@ -170,6 +160,16 @@ double implicit_seconds_per_bond(const run::CaseSpec& spec) {
 }
 
 } // namespace
+
+std::string factors_text(const Design& design, std::int64_t point) {
+    std::string text;
+    for (std::size_t column = 0; column < design.factors.size(); ++column) {
+        const Parameter& parameter = *design.factors[column].parameter;
+        text += fmt::format("{}{} = {:.6g}", text.empty() ? "" : ", ", parameter.key,
+                            parameter.unit.from_si(design.row(point)[column]));
+    }
+    return text.empty() ? text : " (" + text + ")";
+}
 
 void check_points(const StudyConfig& config, const Design& design, const CaseCheck& further) {
     constexpr std::int64_t most_listed = 10;

@@ -18,6 +18,9 @@ namespace culm::study {
 /// Returns the fault of a case, or nothing.
 using CaseCheck = std::function<std::optional<std::string>(const run::CaseSpec&)>;
 
+/// The values of a point's factors, " (bond_damping = 25, …)"; empty without factors.
+[[nodiscard]] std::string factors_text(const Design& design, std::int64_t point);
+
 /// Checks the constraints between parameters (violations_of) at every point, then `further` (for
 /// example the stability of an explicit step). Throws core::InputError with the number of bad
 /// points and the first ten of them, each with its factors' values.
