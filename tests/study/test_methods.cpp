@@ -34,7 +34,7 @@ class PublishedStudy : public testing::Test {
         std::vector<run::CaseSpec> specs;
         for (const std::int64_t number : points)
             specs.push_back(point(number, integrator));
-        std::vector<run::CaseOutcome> outcomes = run::simulate_together(specs);
+        std::vector<run::CaseOutcome> outcomes = run::Simulator().simulate_together(specs);
         Fits found;
         for (std::size_t k = 0; k < specs.size(); ++k) {
             const archive::PointRecord record =

@@ -43,7 +43,7 @@ TEST(StudyEffects, PointsOfOneStudyShareLanesAndAgreeWithSingleRuns) {
         specs.back().duration = 0.01;
         EXPECT_TRUE(run::can_share_lanes(specs.front(), specs.back()));
     }
-    const auto together = run::simulate_together(specs);
+    const auto together = run::Simulator().simulate_together(specs);
     for (std::size_t k = 0; k < specs.size(); ++k) {
         const auto alone = run::simulate(specs[k]);
         const auto& a = std::get<run::CaseResult>(together[k]).tip_deflection;
