@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.ticker import MaxNLocator
 
-from culm_archive import Study
+from culm.archive import Study
 from design_map import (decay_per_damping, edges_between, frequency_deviation_percent, grid_of,
                         map_obstacle)
 from figure_style import FigureSkipped, mark, new_figure, styled

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from culm_archive import Study
+from culm.archive import Study
 from study_points import StudyPoints, other_factors
 
 # The frequency is compared with that of the points of the lowest tenth of β.

@@ -10,7 +10,7 @@ name of a figure of measurements begins with its file (fit_population, compariso
 OUT (default: DIR) and prints each path. Exit codes: 0 done, 2 bad input. In a notebook call the
 functions; each returns a matplotlib Figure:
 
-    from culm_archive import Study
+    from culm.archive import Study
     import figures
     with Study("results/schramm2019") as study:
         figures.regression_figure(study)
@@ -31,7 +31,7 @@ import fit_figures
 from command_results import (CalibrationError, CalibrationResults, Comparison, ComparisonError,
                              Diagnosis, DiagnosisError, FitError, FitResults, TrackError,
                              TrackResults)
-from culm_archive import Study, StudyError
+from culm.archive import Study, StudyError
 from design_figure import design_figure
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
 from regression_figures import regression_figure, residual_figure

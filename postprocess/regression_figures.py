@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from culm_archive import Study
+from culm.archive import Study
 from figure_style import colour_bar, leave_room_above, mark, new_figure, styled
 from palette import BLACK, BLUE, COLOUR_MAP, VERMILLION, number
 from study_laws import Law, StudyLaw, published_laws, published_residual_counts, study_law

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from culm_archive import Study, StudyError
+from culm.archive import Study, StudyError
 
 EXIT_BAD_INPUT = 2
 HELD_FRAMES = 8

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from culm_archive import Study, StudyError
+from culm.archive import Study, StudyError
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import matplotlib
 import numpy as np
 
-from culm_archive import Study
+from culm.archive import Study
 from figure_style import mark, new_figure, styled
 from palette import BLACK, BLUE, COLOUR_MAP, VERMILLION, number
 from study_points import YOUNGS_MODULUS_KEY, conditions

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from culm_archive import Study
+from culm.archive import Study
 from figure_style import FigureSkipped, leave_room_above, mark, new_figure, styled
 from palette import BLACK, GREY, SERIES, number
 from study_points import StudyPoints, conditions, fit_window, fitted_motion, fitted_points

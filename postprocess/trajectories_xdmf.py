@@ -17,7 +17,7 @@ from xml.etree import ElementTree
 from needed_packages import require
 
 require("h5py", "numpy")
-from culm_archive import Study  # noqa: E402
+from culm.archive import Study  # noqa: E402
 
 EXIT_BAD_INPUT = 2
 

@@ -2,7 +2,7 @@
 """Model against measurement: the verdict, the ladder, where the models fail, the moving stem."""
 from __future__ import annotations
 
-from checked_hdf5 import StudyError
+from culm.checked_hdf5 import StudyError
 from command_results import Comparison, name_of, numbers
 from palette import BLUE
 from report_page.drawing import axis, dots, layout, level, log_axis

@@ -8,7 +8,7 @@ from pathlib import Path
 from command_results import (CalibrationError, CalibrationResults, Comparison, ComparisonError,
                              Diagnosis, DiagnosisError, FitError, FitResults, Laboratory,
                              LaboratoryError, TrackError, TrackResults)
-from culm_archive import Study, StudyError
+from culm.archive import Study, StudyError
 from report_page.calibration import calibration_section
 from report_page.comparison import comparison_section
 from report_page.diagnosis import diagnosis_section

@@ -2,7 +2,7 @@
 """A diagnosis: which effect is missing, with what certainty, and what the recording cannot detect."""
 from __future__ import annotations
 
-from checked_hdf5 import StudyError
+from culm.checked_hdf5 import StudyError
 from command_results import Diagnosis
 from palette import BLUE, VERMILLION
 from report_page.drawing import axis, dots, layout, level, line, log_axis

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from backbones import QUANTITIES, amplitude_label, column, points_of
-from checked_hdf5 import StudyError, sentence
+from culm.checked_hdf5 import StudyError, sentence
 from command_results import numbers
 from palette import BLACK, BLUE, GREY, VERMILLION, number
 from report_page.drawing import axis, dots, heat_map, layout, level, line, log_axis, thinned

@@ -6,7 +6,7 @@ import base64
 
 import numpy as np
 
-from culm_archive import Study
+from culm.archive import Study
 from design_map import SMALLEST_SHARE_OF_GRID
 from palette import BLACK, BLUE, GREY, ORANGE, number
 from report_page.drawing import (MOST_MARKERS, SEQUENTIAL, axis, chosen_rows, dots,

@@ -6,7 +6,7 @@ from collections import Counter
 
 import numpy as np
 
-from culm_archive import Study, StudyError
+from culm.archive import Study, StudyError
 from design_map import decay_per_damping, frequency_deviation_percent, grid_of, map_obstacle
 from palette import BLACK, BLUE, ORANGE, VERMILLION, number
 from report_page.drawing import (SEQUENTIAL, axis, bars, chosen_rows, dots, heat_map,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from culm_archive import Study, StudyError
+from culm.archive import Study, StudyError
 from palette import BLACK, BLUE, VERMILLION, number
 from report_page.drawing import axis, dots, heat_map, layout, level, log_axis
 from report_page.markup import Plot, Section, shown, table

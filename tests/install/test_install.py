@@ -40,6 +40,7 @@ class Installed(unittest.TestCase):
 
     def test_figures_lie_where_they_are_looked_for(self):
         for place in ("share/culm/postprocess/figures.py", "share/culm/postprocess/report.py",
+                      "lib/python3/dist-packages/culm/__init__.py",
                       "share/doc/culm/copyright", "bin/culm-track"):
             self.assertTrue((self.tree / place).exists(), place)
 

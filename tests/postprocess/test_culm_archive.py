@@ -10,7 +10,7 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from culm_archive import Study, StudyError
+from culm.archive import Study, StudyError
 from synthetic_study import DURATION, HEIGHTS, SAMPLES, SPHERES, Synthetic
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import figures
 import numpy as np
 import synthetic_results
-from culm_archive import Study, StudyError
+from culm.archive import Study, StudyError
 from figure_style import FigureSkipped
 from matplotlib.collections import PathCollection, QuadMesh
 from matplotlib.patches import StepPatch

@@ -15,7 +15,7 @@ import numpy as np
 import report
 import synthetic_results
 from backbones import SENTENCES
-from culm_archive import Study
+from culm.archive import Study
 from report_folder import NASTY, Page, unpacked, write_everything
 from synthetic_study import INITIAL_DEFLECTION, Synthetic, write_summary
 

@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 import synthetic_results
 from command_results import Comparison, Diagnosis
-from culm_archive import Study, StudyError
+from culm.archive import Study, StudyError
 from report_folder import NASTY
 from synthetic_study import Synthetic
 from test_report import ReportTest

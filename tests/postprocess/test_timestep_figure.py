@@ -9,7 +9,7 @@ from pathlib import Path
 
 import figures
 import numpy as np
-from culm_archive import Study, StudyError
+from culm.archive import Study, StudyError
 from synthetic_study import Synthetic, write_summary
 from timestep_figure import timestep_figure
 from timestep_results import extrapolated_to_zero

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Reads the result folder of a study: `study.h5` (docs/archive-format.md) and `summary.json`.
 
-    from culm_archive import Study
+    from culm import Study
 
     with Study("results/schramm2019") as study:
         study.factor_names                      # ['bond_damping', 'bond_youngs_modulus_gpa']
@@ -22,7 +22,7 @@ from typing import NamedTuple
 import h5py
 import numpy as np
 
-from checked_hdf5 import CheckedFile, StudyError, sentence
+from culm.checked_hdf5 import CheckedFile, StudyError, sentence
 
 __all__ = ["Failure", "Study", "StudyError"]
 
