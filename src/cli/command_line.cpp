@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "cli/command_line.hpp"
 
-#include "cluster/shell_word.hpp"
+#include "cluster/batch_system.hpp"
 #include "farm/environment.hpp"
 
 #include <cstdio>

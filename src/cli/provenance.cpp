@@ -3,7 +3,7 @@
 
 #include "archive/bytes.hpp"
 #include "cli/build_facts.hpp"
-#include "cluster/shell_word.hpp"
+#include "cluster/batch_system.hpp"
 #include "core/error.hpp"
 #include "core/lanes.hpp"
 #include "core/utc_time.hpp"
@@ -65,13 +65,9 @@ double processor_seconds() {
 std::string command_line() {
     std::ifstream file("/proc/self/cmdline", std::ios::binary);
     std::string text;
-    for (std::string word; std::getline(file, word, '\0');) {
-        if (text.empty())
-            word = fs::path(word).filename().string();
-        else
-            text += ' ';
-        text += cluster::shell_word(word);
-    }
+    for (std::string word; std::getline(file, word, '\0');)
+        text += text.empty() ? cluster::shell_word(fs::path(word).filename().string())
+                             : ' ' + cluster::shell_word(word);
     return text;
 }
 

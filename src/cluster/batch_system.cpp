@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <charconv>
 #include <chrono>
 #include <cmath>
@@ -207,6 +208,19 @@ std::string walltime_text(double seconds) {
     const std::string clock =
         fmt::format("{:02d}:{:02d}:{:02d}", whole / 3600 % 24, whole / 60 % 60, whole % 60);
     return whole < 86400 ? clock : fmt::format("{}-{}", whole / 86400, clock);
+}
+
+std::string shell_word(std::string_view text) {
+    const auto is_plain = [](unsigned char c) {
+        return std::isalnum(c) != 0 ||
+               std::string_view("/._-+=:,@%").find(char(c)) != std::string_view::npos;
+    };
+    if (!text.empty() && std::ranges::all_of(text, is_plain))
+        return std::string(text);
+    std::string word = "'";
+    for (const char c : text)
+        word += c == '\'' ? std::string("'\\''") : std::string(1, c); // no quote within quotes
+    return word + "'";
 }
 
 } // namespace culm::cluster

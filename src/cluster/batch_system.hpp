@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The remaining time of a job, as the batch system reports it, and durations as batch systems and
-// people write them.
+// The remaining time of a job, as the batch system reports it, durations as batch systems and
+// people write them, and commands of the shell.
 #pragma once
 
 #include <chrono>
@@ -37,6 +37,9 @@ struct TimeLeft {
 /// be started, fails, or takes longer than `patience` and is ended.
 [[nodiscard]] std::string program_output(const std::string& command,
                                          std::chrono::milliseconds patience);
+
+/// A word that a POSIX shell reads as exactly `text`, which has no zero byte.
+[[nodiscard]] std::string shell_word(std::string_view text);
 
 /// Seconds of a duration: HH:MM:SS, MM:SS, D-HH, D-HH:MM, D-HH:MM:SS, or a number with its unit,
 /// 90s, 45min, 12h, 2d. A number alone is refused, because

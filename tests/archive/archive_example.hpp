@@ -73,7 +73,6 @@ inline StudyDescription description() {
     study.heights = {0.02, 0.05, 0.1};
     study.spheres = sphere_count;
     study.identity = identity;
-    study.author = "N. N.";
     study.version = "0.1.0";
     study.provenance = {{"compiler", "GNU 12.2"},
                         {"config", std::string(100'000, '#') + "\nβ = [1, 2]\n"},

@@ -51,7 +51,7 @@ def check_tables(study):
 def check_h5md(study):
     """The mandatory elements of H5MD 1.1."""
     assert study["h5md"].attrs["version"].tolist() == [1, 1]
-    assert study["h5md/author"].attrs["name"] == "N. N."
+    assert study["h5md/author"].attrs["name"] == "culm"
     assert study["h5md/creator"].attrs["name"] == "culm"
     assert study["h5md/creator"].attrs["version"] == "0.1.0"
     assert sorted(study["particles"]) == [f"point_{p:06}" for p in (0, 1, 3, 5)]

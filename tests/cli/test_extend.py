@@ -157,8 +157,9 @@ class Extend(CulmTest):
         self.assert_refused(
             small, grid("[1, 9, 16]", damping="[5, 10]"),
             "s.toml does not extend the stored study: it lacks the stored point 1 (bond_damping = "
-            "5, bond_youngs_modulus_gpa = 4). Choose another folder with -o.",
-            "factors.bond_youngs_modulus_gpa: stored [1, 4], now [1, 9, 16]")
+            "5, bond_youngs_modulus_gpa = 4). What differs:\n",
+            "factors.bond_youngs_modulus_gpa: stored [1, 4], now [1, 9, 16]\nChoose another folder "
+            "with -o\n")
         self.assert_refused(small, small.replace("spheres = 12", "spheres = 13"),
                             "kept already holds another study", "stem.spheres: stored 12, now 13")
         self.assert_refused(small, small + "tip_deflection_mm = [10, 15]\n",

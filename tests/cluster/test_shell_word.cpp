@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // bash reads a quoted word as the original text, whatever its bytes are.
 #include "cluster/batch_system.hpp"
-#include "cluster/shell_word.hpp"
 
 #include <random>
 #include <string>

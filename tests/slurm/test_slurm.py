@@ -239,6 +239,26 @@ class Arrays(SlurmTest):
         self.assertIn("element 2: there are only 2 measurements", self.log())
 
 
+    def test_four_jobs_share_a_study_whose_parts_merge_to_the_whole(self):
+        self.write("s.toml", QUICK)
+        environment = slurm.environment | {
+            "CULM_ROOT": str(ROOT), "CULM": PROGRAM, "STUDY": str(self.folder / "s.toml"),
+            "OUTPUT": str(self.folder / "parts")}
+        script = self.write("p.sbatch", (ROOT / "jobs/slurm/parts.sbatch").read_text("utf-8")
+                            .replace("--ntasks-per-node=4", "--ntasks-per-node=1"))
+        answer = subprocess.run(["sbatch", "--parsable", "--array=1-4", script],
+                                env=environment, cwd=self.folder, text=True, capture_output=True,
+                                check=True)
+        self.wait_for_end(answer.stdout.strip())
+        self.assertEqual(self.log().count("is complete in"), 4, self.log())
+        parts = [f"parts/{number}" for number in range(1, 5)]
+        merged = self.culm("archive", "merge", *parts, "-o", "out")
+        self.assertEqual(merged.returncode, DONE, merged.stderr)
+        self.assertIn("9 points: 9 completed, 0 failed, 0 missing", merged.stdout)
+        self.assertEqual(self.culm("reduce", "out").returncode, DONE)
+        self.assert_same_as_undisturbed_run("s.toml")
+
+
 class Scripts(SlurmTest):
     def test_are_accepted_from_jobs_slurm(self):
         scripts = sorted((ROOT / "jobs/slurm").glob("*.sbatch"))

@@ -60,7 +60,6 @@ struct StudyDescription {
     std::vector<double> heights; ///< above the clamp, m; needed for height histories
     int spheres = 0;             ///< in the chain; needed for positions
     std::string identity;        ///< canonical configuration; decides what may be resumed
-    std::string author;          ///< H5MD's author name
     std::string version;         ///< of culm
     /// Name and text, in the order given: compiler, libraries, hosts, ranks, seed, start, end …
     /// "identity" and "entries" are reserved; "config" and texts above 8 KiB become datasets.

@@ -88,7 +88,6 @@ StudyDescription read_description(const Hdf5Input& input) {
     description.trajectory_compression =
         static_cast<int>(input.integer_attribute("/", "trajectory_compression"));
     description.identity = input.text("/provenance/identity");
-    description.author = input.text_attribute("/h5md/author", "name");
     description.version = input.text_attribute("/h5md/creator", "version");
     description.provenance = read_provenance(input);
     return description;

@@ -333,7 +333,7 @@ void write_h5md(const Hdf5Output& output, const StudyDescription& description) {
     const GroupHandle h5md = output.create_group(output.root(), "h5md");
     output.write_attribute(h5md.get(), "version", std::array<std::int32_t, 2>{1, 1});
     const GroupHandle author = output.create_group(h5md.get(), "author");
-    output.write_attribute(author.get(), "name", description.author);
+    output.write_attribute(author.get(), "name", std::string("culm"));
     const GroupHandle creator = output.create_group(h5md.get(), "creator");
     output.write_attribute(creator.get(), "name", std::string("culm"));
     output.write_attribute(creator.get(), "version", description.version);

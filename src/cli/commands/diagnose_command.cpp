@@ -5,7 +5,7 @@
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
-#include "cluster/shell_word.hpp"
+#include "cluster/batch_system.hpp"
 #include "core/user_files.hpp"
 #include "diagnose/diagnosis.hpp"
 #include "farm/item_map.hpp"

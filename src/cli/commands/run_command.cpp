@@ -16,6 +16,7 @@
 #include "study/summary/summary.hpp"
 
 #include <chrono>
+#include <cstdio>
 #include <numeric>
 #include <optional>
 #include <string>
@@ -30,6 +31,7 @@ struct RunArguments {
     std::string output;
     study::ResumeOptions folder;
     std::string walltime;
+    std::string part;
     farm::Clock::time_point start = farm::Clock::now();
     bool dry_run = false;
     bool quiet = false;
@@ -124,6 +126,17 @@ core::ExitCode report_early_stop(const study::Study& study, const study::StudyFo
     return core::ExitCode::StoppedEarly;
 }
 
+study::Part part_of(const std::string& text) {
+    study::Part part;
+    char rest = 0;
+    if (!text.empty() &&
+        (std::sscanf(text.c_str(), "%ld/%ld%c", &part.number, &part.count, &rest) != 2 ||
+         part.number < 1 || part.number > part.count))
+        throw core::InputError(
+            fmt::format("--part {}: must be K/N with K from 1 to N, for example 2/4", text));
+    return part;
+}
+
 /// Writes and prints the results of a reduced study; returns the command's exit code.
 template <class Summary>
 core::ExitCode hand_out(const study::StudyFolder& folder, const Summary& summary,
@@ -171,6 +184,7 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
     study::ExecuteOptions options;
     options.folder = arguments.folder;
     options.provenance = build_provenance();
+    options.part = part_of(arguments.part);
     options.lock_wait = {std::chrono::seconds(30),
                          [&output] {
                              fmt::print(stderr,
@@ -204,6 +218,13 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
                 fmt::format("the file system of {} has no locks: nothing prevents a second job "
                             "from working there at the same time",
                             output));
+        const farm::Summary& done = outcome.farm;
+        if (!outcome.archive_is_complete && !arguments.part.empty() &&
+            done.points_completed + done.points_failed == done.points_total) {
+            fmt::print("part {} is complete in {}; `culm archive merge` joins the parts\n",
+                       arguments.part, output);
+            return done.points_failed == 0 ? core::ExitCode::Done : core::ExitCode::PointsFailed;
+        }
         if (!outcome.archive_is_complete)
             return report_early_stop(study, folder, outcome);
         const core::ExitCode exit_code = report(folder);
@@ -239,6 +260,9 @@ void add_run_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**
                "End within this time (90s, 45min, HH:MM:SS, D-HH:MM:SS): start no point that "
                "would not finish by then; exit code 75 if points are missing (default: the "
                "time limit of the batch job)");
+    add_option(*command, "--part", arguments->part, "K/N",
+               "Compute every N-th point from the K-th on, for N jobs with a folder each; `culm "
+               "archive merge` joins the folders");
     command->add_flag("--dry-run", arguments->dry_run,
                       "Check everything and print the plan: points, lanes, cost, memory, archive");
     command->add_flag("-q,--quiet", arguments->quiet, "No progress");

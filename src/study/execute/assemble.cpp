@@ -42,7 +42,6 @@ archive::StudyDescription description_of(const Study& study, const archive::Text
         description.heights = base.heights;
     description.spheres = base.stem.sphere_count;
     description.identity = study.config.identity();
-    description.author = "culm";
     description.version = archive::text_named("version", provenance);
     description.provenance = provenance;
     description.trajectory_compression = study.config.trajectory_compression;
@@ -208,20 +207,6 @@ void remove_absorbed_journals(const StudyFolder& folder, const archive::Texts& d
             return remove_journals(folder);
 }
 
-/// A second name for the archive, which stays when the first one gets another file.
-std::string keep_former_archive(const StudyFolder& folder) {
-    const std::filesystem::path former = folder.path() / "study-before-extension.h5";
-    std::error_code error;
-    std::filesystem::remove(former, error);
-    std::filesystem::create_hard_link(folder.archive(), former, error);
-    if (error) // a file system without hard links
-        std::filesystem::copy_file(folder.archive(), former, error);
-    if (error)
-        throw core::StorageError(fmt::format("cannot keep the stored archive as {}: {}",
-                                             former.string(), error.message()));
-    return former.string();
-}
-
 /// The study as described by the first folder that contains its configuration, and where it ran.
 struct Origin {
     Study study;
@@ -272,19 +257,23 @@ std::optional<Extension> extend_folder(const Study& study, const StudyFolder& fo
     static_cast<void>(
         prepare_folder(folder, identity, stored.design.point_count(), {.resume = true}));
     Extension extension{0, study.design.point_count(), {}};
-    if (map.adds_heights && !assemble_archive(stored, folder, *description))
-        throw core::InputError(fmt::format(
-            "{}: the stored study is not complete; complete it before more heights are stored",
-            folder.path().string()));
-    if (map.adds_heights)
-        extension.former = keep_former_archive(folder);
+    if (map.adds_heights) {
+        if (!assemble_archive(stored, folder, *description))
+            throw core::InputError(fmt::format(
+                "{}: the stored study is not complete; complete it before more heights are stored",
+                folder.path().string()));
+        const std::filesystem::path former = folder.path() / "study-before-extension.h5";
+        std::filesystem::rename(folder.archive(), former);
+        extension.former = former.string();
+        return extension;
+    }
     FolderRecords records(folder, identity);
     archive::Texts provenance = provenance_of(study.config, facts);
     provenance.emplace_back(extended_entry, identity);
     write_archive(folder.archive(), study, provenance, [&](std::int64_t point) {
         const std::int64_t former = map.stored_point[static_cast<std::size_t>(point)];
         std::optional<PointRecord> record;
-        if (former >= 0 && !map.adds_heights)
+        if (former >= 0)
             record = records.find_record(former);
         if (record) {
             record->point = point;

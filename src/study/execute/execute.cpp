@@ -215,8 +215,13 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
     const FolderContent content = farm::on_root(communicator, [&] {
         make_writable(folder);
         lock.emplace(folder, options.lock_wait);
-        return prepare_folder(folder, study.config.identity(), study.design.point_count(),
-                              options.folder);
+        FolderContent found = prepare_folder(folder, study.config.identity(),
+                                             study.design.point_count(), options.folder);
+        for (auto* points : {&found.pending_points, &found.suspect_points, &found.given_up_points})
+            std::erase_if(*points, [&](std::int64_t point) {
+                return point % options.part.count != options.part.number - 1;
+            });
+        return found;
     });
     ExecuteOutcome outcome;
     outcome.resumed_points =

@@ -21,7 +21,15 @@ namespace culm::study {
 /// The record of one case.
 using ComputePoint = std::function<archive::PointRecord(const run::CaseSpec& spec)>;
 
+/// Every count-th point from the number-th on: the share of one of several jobs, each with a folder
+/// of its own.
+struct Part {
+    std::int64_t number = 1; ///< 1 … count
+    std::int64_t count = 1;
+};
+
 struct ExecuteOptions {
+    Part part;
     ResumeOptions folder; ///< what to do if the folder holds the study already
     farm::FarmOptions farm;
     /// For the lock of the folder and those of the journals: a killed job's processes may outlive

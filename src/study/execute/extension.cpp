@@ -27,8 +27,7 @@ std::vector<std::int64_t> ordered_by_values(const Design& design) {
 [[noreturn]] void refuse(const Study& stored, const Study& now, const std::string& what) {
     const bool is_hypercube = now.config.design.type == DesignType::LatinHypercube;
     throw core::InputError(fmt::format(
-        "{} does not extend the stored study: {}{}. Choose another folder with -o. What differs:\n"
-        "{}",
+        "{} does not extend the stored study: {}{}. What differs:\n{}Choose another folder with -o",
         now.config.file, what,
         is_hypercube ? "; a Latin hypercube with another number of points has other points" : "",
         difference(stored.config.identity(), now.config.identity())));

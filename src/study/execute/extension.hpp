@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Does a study extend another one, and which of its points are there already?
+// Whether a study extends another one, and which of its points are there already.
 //
 // The numbers of a point depend on the fixed settings and on the values of its factors alone, not
 // on its place in the design. A study therefore extends another one if the fixed settings agree and
