@@ -98,13 +98,13 @@ class TakenFolder(CulmTest):
             "what is missing, or choose another folder with -o\n")
 
     def test_is_refused_with_the_difference_if_it_has_another_study(self):
-        self.write("other.toml", QUICK.replace("spheres = 15", "spheres = 16"))
+        self.write("other.toml", QUICK + "[reduce]\nsignificance = 0.01\n")
         for options in ([], ["--resume"]):
             self.assert_refused(
                 self.culm("run", "other.toml", "-o", "out", *options),
                 "culm: out already holds another study; choose another folder with -o. What "
                 "differs:\n"
-                "stem.spheres: stored 15, now 16\n")
+                "reduce.significance: stored 0.05, now 0.01\n")
         self.assertEqual((self.folder / "out/study.h5").read_bytes(), self.archive)
 
     def test_is_only_reduced_again_by_resume_if_it_is_finished(self):
