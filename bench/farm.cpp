@@ -33,21 +33,8 @@ struct Run {
 
 using Task = std::function<Run(const farm::Communicator* communicator)>;
 
-/// Runs the task on rank 0 alone; the other ranks sleep, like ranks without work.
-Run run_alone(const farm::Communicator& communicator, const Task& task) {
-    Run run;
-    const std::vector<farm::Batch> all(1);
-    const auto work = [&](const farm::Batch&, farm::Heartbeat&) {
-        run = task(nullptr);
-        return farm::BatchReport{};
-    };
-    if (!farm::Farm(communicator).map(all, work).lost.empty())
-        throw farm::FarmError("the run on one rank failed");
-    return run;
-}
-
 /// Wall time of the whole task on every rank at once, without a message between them: the mean over
-/// the ranks, in s, on rank 0. It exceeds the time of one rank alone by what the machine loses.
+/// the ranks, in s, on rank 0.
 double run_apart(const farm::Communicator& communicator, const Task& task) {
     communicator.barrier();
     double sum = 0.0;
@@ -56,31 +43,38 @@ double run_apart(const farm::Communicator& communicator, const Task& task) {
     return sum / communicator.size();
 }
 
+/// Compares one job of all ranks with ranks that do the whole work each. Both keep all cores busy,
+/// so that what the machine loses when its cores work together cancels: on a shared machine the
+/// ratio to one rank alone varied between 95 and 106 %. The two follow each other, in changing
+/// order, and the median of the rounds' ratios lies between the least and the largest with a
+/// probability of 1 − 2^(1 − rounds).
 void compare_ranks(const farm::Communicator& communicator, const char* name, const Task& task) {
-    constexpr int rounds = 5;
-    Timings alone;
-    Timings apart;
-    Timings together;
+    constexpr int rounds = 7;
+    constexpr double target = 0.97;
+    Timings independent;
+    Timings efficiency;
     Timings busy;
     Timings outside;
     for (int round = 0; round < rounds; ++round) {
-        const double one = run_alone(communicator, task).wall;
-        const double independent = run_apart(communicator, task);
+        double apart = round % 2 == 0 ? run_apart(communicator, task) : 0.0;
         communicator.barrier();
-        const Run all = task(&communicator);
-        alone.seconds.push_back(one);
-        apart.seconds.push_back(one / independent);
-        together.seconds.push_back(one / all.wall / communicator.size());
-        busy.seconds.push_back(all.busy);
-        outside.seconds.push_back(all.outside);
+        const Run together = task(&communicator);
+        if (round % 2 != 0)
+            apart = run_apart(communicator, task);
+        independent.seconds.push_back(apart);
+        efficiency.seconds.push_back(apart / together.wall / communicator.size());
+        busy.seconds.push_back(together.busy);
+        outside.seconds.push_back(together.outside);
     }
-    if (communicator.rank() == 0)
-        fmt::print(
-            "| {} | {:.1f} | {:.1f} % | {:.1f} % ({:.1f} to {:.1f}) | {:.1f} % | {:.1f} % |\n",
-            name, alone.median(), 100.0 * apart.median(), 100.0 * together.median(),
-            100.0 * *std::ranges::min_element(together.seconds),
-            100.0 * *std::ranges::max_element(together.seconds), 100.0 * busy.median(),
-            100.0 * outside.median());
+    if (communicator.rank() != 0)
+        return;
+    const auto [least, largest] = std::ranges::minmax(efficiency.seconds);
+    fmt::print("| {} | {:.1f} | {:.1f} % ({:.1f} to {:.1f}) | {} | {:.1f} % | {:.1f} % |\n", name,
+               independent.median(), 100.0 * efficiency.median(), 100.0 * least, 100.0 * largest,
+               least >= target    ? "met"
+               : largest < target ? "missed"
+                                  : "not decided by this measurement",
+               100.0 * busy.median(), 100.0 * outside.median());
 }
 
 Run measured(const farm::Summary& summary, double start) {
@@ -135,8 +129,8 @@ void print_efficiency(const farm::Communicator& communicator,
                       const std::filesystem::path& scratch) {
     if (communicator.rank() == 0)
         fmt::print(
-            "\n## Efficiency of {} ranks\n\n| work | 1 rank, s | independent ranks | efficiency | "
-            "busy | outside the map |\n|---|---:|---:|---:|---:|---:|\n",
+            "\n## Efficiency of {} ranks\n\n| work | independent ranks, s | efficiency | 97 % | "
+            "busy | outside the map |\n|---|---:|---:|---|---:|---:|\n",
             communicator.size());
     compare_ranks(communicator, "synthetic, 1000 batches of 20 ms on average", &synthetic);
     const std::string text = agreed_study_text(communicator, "tip", 20.0);

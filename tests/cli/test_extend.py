@@ -45,7 +45,7 @@ stems = %d
 """
 
 
-class Extend(CulmTest):
+class ExtendTest(CulmTest):
     def run_study(self, text: str, folder: str, *options, ranks: int = 1):
         self.write("s.toml", text)
         start = launcher(ranks) if ranks > 1 else []
@@ -68,6 +68,8 @@ class Extend(CulmTest):
                 take(point, file[f"particles/{point}/position/value"])
         return found
 
+
+class Extend(ExtendTest):
     def assert_extends(self, small: str, large: str, kept: str, ranks: int = 1):
         """`kept`: what the message says, "80 of 120"."""
         self.assert_exit(self.run_study(small, "grown"), DONE)
@@ -109,6 +111,13 @@ class Extend(CulmTest):
                       "grown/study-before-extension.h5", extended.stderr)
         self.assertEqual((self.folder / "grown/study-before-extension.h5").read_bytes(), before)
         self.assert_exit(self.run_study(text % "60, 120", "fresh"), DONE)
+        self.assertEqual(self.contents("grown"), self.contents("fresh"))
+
+    def test_by_the_same_heights_in_another_order_keeps_no_history(self):
+        text = grid("[1, 4]", '[study]\nstore = "heights"\nheights_mm = [%s]\n', "[5, 10]")
+        self.assert_exit(self.run_study(text % "60, 120", "grown"), DONE)
+        self.assert_exit(self.run_study(text % "120, 60", "grown", "--resume"), DONE)
+        self.assert_exit(self.run_study(text % "120, 60", "fresh"), DONE)
         self.assertEqual(self.contents("grown"), self.contents("fresh"))
 
     def test_of_a_study_that_was_stopped_keeps_what_it_has(self):
@@ -175,6 +184,26 @@ class Extend(CulmTest):
         refused = self.run_study(GRID_120, "kept")
         self.assert_exit(refused, BAD_INPUT)
         self.assertIn("kept already holds another study", refused.stderr)
+
+
+class Parts(ExtendTest):
+    def test_merge_to_the_whole_study(self):
+        for part in (1, 2, 3):
+            finished = self.run_study(GRID_80, f"part-{part}", "--part", f"{part}/3")
+            self.assert_exit(finished, DONE)
+            self.assertIn(f"part {part}/3 is complete in part-{part}", finished.stdout)
+        merged = self.culm("archive", "merge", "part-1", "part-2", "part-3", "-o", "whole")
+        self.assert_exit(merged, DONE)
+        self.assertIn("80 points: 80 completed, 0 failed, 0 missing", merged.stdout)
+        self.assert_exit(self.run_study(GRID_80, "fresh"), DONE)
+        self.assertEqual(self.contents("whole"), self.contents("fresh"))
+
+    def test_are_refused_if_there_is_no_such_part(self):
+        for part in ("0/3", "4/3", "3", "1/0", "a/b", "1/3x"):
+            refused = self.run_study(GRID_80, "wrong", "--part", part)
+            self.assert_exit(refused, BAD_INPUT)
+            self.assertIn(f"--part {part}: must be K/N with K from 1 to N, for example 2/4",
+                          refused.stderr)
 
 
 if __name__ == "__main__":

@@ -140,13 +140,14 @@ std::optional<RingDownMinimum> minimum_from(RingDownProblem& problem,
     const auto summary = solver.Solve({problem, start}, &values);
     if (summary.status == solver.HIT_MAX_ITERATIONS || !values.allFinite())
         return std::nullopt;
-    // The solver's normal equations lose half of the digits of its last step.
     problem.evaluate(problem.with_free(start, values));
     problem.evaluate_jacobian();
+    RingDownMinimum found{problem.with_free(start, values), problem.sum_of_squares()};
+    // The solver's normal equations lose half of the digits of its last step.
     values -= problem.jacobian().householderQr().solve(problem.residuals());
-    RingDownMinimum found{problem.with_free(start, values), 0.0};
-    problem.evaluate(found.parameters);
-    found.sum_of_squares = problem.sum_of_squares();
+    problem.evaluate(problem.with_free(start, values));
+    if (problem.sum_of_squares() <= found.sum_of_squares)
+        found = {problem.with_free(start, values), problem.sum_of_squares()};
     if (found.parameters.frequency < 0.0) { // the same motion
         found.parameters.frequency = -found.parameters.frequency;
         found.parameters.quadrature = -found.parameters.quadrature;

@@ -177,17 +177,6 @@ FolderState sound_state(const StudyFolder& folder) {
 
 constexpr std::string_view extended_entry = "extended_from";
 
-/// The description of the study that a folder holds; nothing if there is none that can be read.
-std::optional<archive::Texts> stored_description(const StudyFolder& folder) {
-    try {
-        if (is_there(folder.archive()))
-            return archive::StudyFile(folder.archive()).description().provenance;
-        return read_note(folder);
-    } catch (const core::StorageError&) { // prepare_folder says what to do
-        return std::nullopt;
-    }
-}
-
 void remove_journals(const StudyFolder& folder) {
     std::error_code error;
     std::filesystem::remove_all(folder.journals(), error);
@@ -205,6 +194,25 @@ void remove_absorbed_journals(const StudyFolder& folder, const archive::Texts& d
     for (const std::filesystem::path& journal : archive::journal_files(folder.journals()))
         if (archive::read_journal_identity(journal) == absorbed)
             return remove_journals(folder);
+}
+
+/// The description of the other study that a folder holds; nothing if it holds none that can be
+/// read.
+std::optional<archive::Texts> other_study(const StudyFolder& folder, const std::string& identity) {
+    try {
+        if (is_there(folder.archive())) {
+            const archive::StudyFile file(folder.archive());
+            const archive::Texts& texts = file.description().provenance;
+            remove_absorbed_journals(folder, texts);
+            return file.description().identity == identity ? std::nullopt : std::optional(texts);
+        }
+        for (const std::filesystem::path& journal : archive::journal_files(folder.journals()))
+            if (archive::read_journal_identity(journal) == identity)
+                return std::nullopt;
+        return read_note(folder);
+    } catch (const core::StorageError&) { // prepare_folder says what to do
+        return std::nullopt;
+    }
 }
 
 /// The study as described by the first folder that contains its configuration, and where it ran.
@@ -236,22 +244,22 @@ bool assemble_archive(const Study& study, const StudyFolder& folder,
             return false;
     write_archive(folder.archive(), study, provenance,
                   [&](std::int64_t point) { return records.find_record(point); });
-    // The archive is on the disk under its name.
-    remove_journals(folder);
+    remove_journals(folder); // the archive is on the disk under its name
     return true;
 }
 
 std::optional<Extension> extend_folder(const Study& study, const StudyFolder& folder,
                                        const archive::Texts& facts,
                                        const archive::LockWait& lock_wait) {
-    const std::optional<archive::Texts> description = stored_description(folder);
-    if (!description)
+    if (!is_there(folder.path()))
         return std::nullopt;
     const FolderLock lock(folder, lock_wait);
-    remove_absorbed_journals(folder, *description);
+    const auto description = other_study(folder, study.config.identity());
+    if (!description)
+        return std::nullopt;
     const Study stored = archived_study(*description);
     const std::string identity = stored.config.identity();
-    if (identity == study.config.identity() || !may_extend(identity, study.config.identity()))
+    if (!may_extend(identity, study.config.identity()))
         return std::nullopt;
     const ExtensionMap map = extension_of(stored, study);
     static_cast<void>(
@@ -272,9 +280,7 @@ std::optional<Extension> extend_folder(const Study& study, const StudyFolder& fo
     provenance.emplace_back(extended_entry, identity);
     write_archive(folder.archive(), study, provenance, [&](std::int64_t point) {
         const std::int64_t former = map.stored_point[static_cast<std::size_t>(point)];
-        std::optional<PointRecord> record;
-        if (former >= 0)
-            record = records.find_record(former);
+        auto record = former < 0 ? std::nullopt : records.find_record(former);
         if (record) {
             record->point = point;
             ++extension.kept;

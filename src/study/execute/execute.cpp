@@ -212,20 +212,20 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
                        const farm::Communicator* communicator, const ExecuteOptions& options) {
     const std::string start = core::utc_now_text();
     std::optional<FolderLock> lock; // on rank 0, until the archive is written
-    const FolderContent content = farm::on_root(communicator, [&] {
+    FolderContent content = farm::on_root(communicator, [&] {
         make_writable(folder);
         lock.emplace(folder, options.lock_wait);
-        FolderContent found = prepare_folder(folder, study.config.identity(),
-                                             study.design.point_count(), options.folder);
-        for (auto* points : {&found.pending_points, &found.suspect_points, &found.given_up_points})
-            std::erase_if(*points, [&](std::int64_t point) {
-                return point % options.part.count != options.part.number - 1;
-            });
-        return found;
+        return prepare_folder(folder, study.config.identity(), study.design.point_count(),
+                              options.folder);
     });
     ExecuteOutcome outcome;
     outcome.resumed_points =
         study.design.point_count() - static_cast<std::int64_t>(content.pending_points.size());
+    for (auto* points :
+         {&content.pending_points, &content.suspect_points, &content.given_up_points})
+        std::erase_if(*points, [&](std::int64_t point) {
+            return point % options.part.count != options.part.number - 1;
+        });
     if (content.archive_is_complete) {
         outcome.archive_is_complete = true;
         return outcome;

@@ -33,28 +33,22 @@ std::vector<std::int64_t> ordered_by_values(const Design& design) {
         difference(stored.config.identity(), now.config.identity())));
 }
 
-bool has_every_height(const std::vector<double>& some, const std::vector<double>& all) {
-    return std::ranges::all_of(
-        some, [&](double height) { return std::ranges::find(all, height) != all.end(); });
-}
-
 } // namespace
 
 bool may_extend(const std::string& stored, const std::string& now) {
     // A line for each key that differs; the rows of the designs decide the rest.
     static const std::regex other_key(
-        "(^|\n)(?!factors\\.|design\\.|replicates\\.|study\\.heights_mm)"
-        "[^\n]");
+        R"((^|\n)(?!(factors|design|replicates)\.|study\.heights_mm)[^\n])");
     return !std::regex_search(difference(stored, now), other_key);
 }
 
 ExtensionMap extension_of(const Study& stored, const Study& now) {
     const std::vector<double>& heights = now.config.base.heights;
-    if (!has_every_height(stored.config.base.heights, heights))
-        refuse(stored, now, "it stores fewer heights");
-
+    for (const double height : stored.config.base.heights)
+        if (std::ranges::find(heights, height) == heights.end())
+            refuse(stored, now, "it stores fewer heights");
     ExtensionMap map;
-    map.adds_heights = !has_every_height(heights, stored.config.base.heights);
+    map.adds_heights = heights != stored.config.base.heights;
     map.stored_point.assign(static_cast<std::size_t>(now.design.point_count()), -1);
     const std::vector<std::int64_t> candidates = ordered_by_values(now.design);
     auto candidate = candidates.begin();

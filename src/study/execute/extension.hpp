@@ -19,7 +19,7 @@ namespace culm::study {
 struct ExtensionMap {
     /// (points of the new study) the point of the stored one with the same numbers; -1: new.
     std::vector<std::int64_t> stored_point;
-    /// The new study stores more heights, so that no stored history is complete and none is kept.
+    /// The new study stores more heights, or in another order: no stored history is kept.
     bool adds_heights = false;
 };
 
