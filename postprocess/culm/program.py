@@ -39,7 +39,7 @@ def program_path() -> str:
         path = shutil.which(found) if found else None
         if path:
             return path
-    raise CulmError("the program culm was found neither beside this package nor on the PATH; the "
+    raise CulmError("the program culm was found neither next to this package nor on the PATH; the "
                     "environment variable CULM_PROGRAM names it")
 
 

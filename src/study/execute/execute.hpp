@@ -21,8 +21,8 @@ namespace culm::study {
 /// The record of one case.
 using ComputePoint = std::function<archive::PointRecord(const run::CaseSpec& spec)>;
 
-/// Every count-th point from the number-th on: the share of one of several jobs, each with a folder
-/// of its own.
+/// Every count-th point from the number-th on: the share of one of several jobs, which have a
+/// folder each.
 struct Part {
     std::int64_t number = 1; ///< 1 … count
     std::int64_t count = 1;
@@ -66,7 +66,7 @@ struct ExecuteOutcome {
                                      const farm::Communicator* communicator,
                                      const ExecuteOptions& options);
 
-/// What extend_folder found.
+/// The result of extend_folder.
 struct Extension {
     std::int64_t kept = 0;   ///< outcomes of the stored study that the new one has
     std::int64_t points = 0; ///< of the new study
