@@ -36,7 +36,8 @@ LEFT_OUT = {
         "cmake -S . -B build/package -G Ninja -DCULM_ARCHITECTURE=x86-64-v2 "
         "-DCULM_BUILD_TESTS=OFF": BUILDS,
     },
-    "cluster.md": {"sbatch study.sbatch": INSIDE_SLURM},
+    "cluster.md": {"sbatch study.sbatch": INSIDE_SLURM,
+                   "sbatch --array=1-4 jobs/slurm/parts.sbatch": INSIDE_SLURM},
     "laboratory.md": {"mpirun -n 2 culm diagnose LAB -o ALL": MINUTES},
     "diagnosis-rates.md": {"bench_decision tuning decision.json": MINUTES},
     "uncertainty.md": {
