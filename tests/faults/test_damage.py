@@ -20,7 +20,7 @@ from kill_study import contents
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "postprocess"))
-from culm_archive import Study  # noqa: E402
+from culm.archive import Study  # noqa: E402
 
 POINTS = 96  # of the long study
 # Begins every record of a journal.
