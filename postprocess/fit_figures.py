@@ -23,6 +23,7 @@ from command_results import (PUBLISHED_B1_PER_CYCLE, PUBLISHED_B2_HZ, FitError, 
 from figure_program import OneSentenceParser, add_output_options, exit_code_of, write_figures
 from figure_style import (FigureSkipped, colour_bar, leave_room_above, mark, new_figure, styled,
                           whole_numbers)
+from histogram import histogram_of
 from palette import BLACK, BLUE, COLOUR_MAP, GREY, VERMILLION, number
 from matplotlib import colormaps
 from matplotlib.cm import ScalarMappable
@@ -89,9 +90,10 @@ def histories_figure(results: FitResults, stem_number: int = 0):
     return figure
 
 
-def draw_histogram(axes, sample: dict, label: str, published: tuple[float, float]):
+def draw_histogram(axes, values: list[float], sample: dict, label: str,
+                   published: tuple[float, float]):
     """Histogram with its mean as a dashed line and the published mean ± deviation above it."""
-    edges, counts = sample["histogram"]["edges"], sample["histogram"]["counts"]
+    counts, edges = histogram_of(values)
     axes.stairs(counts, edges, fill=True, color=BLUE, alpha=0.75)
     axes.plot([sample["mean"]] * 2, [0.0, max(counts)], color=BLACK, linewidth=0.8, linestyle="--")
     mean, deviation = published
@@ -111,9 +113,11 @@ def population_figure(results: FitResults):
         raise FigureSkipped("a population needs more than one stem.")
     figure = new_figure(2.6, "")
     left, right = figure.subplots(1, 2)
-    draw_histogram(left, results.population["b1_per_cycle"], "b1 per cycle",
-                   PUBLISHED_B1_PER_CYCLE)
-    draw_histogram(right, results.population["b2_hz"], "b2, Hz", PUBLISHED_B2_HZ)
+    for axes, name, label, published in ((left, "b1_per_cycle", "b1 per cycle",
+                                          PUBLISHED_B1_PER_CYCLE),
+                                         (right, "b2_hz", "b2, Hz", PUBLISHED_B2_HZ)):
+        draw_histogram(axes, [stem[name]["value"] for stem in results.fitted()],
+                       results.population[name], label, published)
     mark(left, "a")
     mark(right, "b")
     return figure

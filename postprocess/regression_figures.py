@@ -10,6 +10,7 @@ import numpy as np
 from culm.archive import Study
 from figure_style import colour_bar, leave_room_above, mark, new_figure, styled
 from palette import BLACK, BLUE, COLOUR_MAP, VERMILLION, number
+from histogram import histogram_of
 from study_laws import Law, StudyLaw, published_laws, published_residual_counts, study_law
 from study_points import StudyPoints, conditions, fitted_points
 
@@ -187,16 +188,17 @@ def residual_figure(study: Study):
             no_regression(axes, found)
             axes.set_xticks([])
             continue
+        counts, edges = histogram_of(found.law.residuals_percent(panel.predictor, panel.response))
         axes.stairs(
-            found.residual_counts,
-            found.residual_edges,
+            counts,
+            edges,
             fill=True,
             color=BLUE,
             alpha=0.6,
             label=f"this study: {equation(panel, found.law)}",
         )
         if panel.published is not None:
-            draw_published_residuals(axes, panel, found.residual_edges)
+            draw_published_residuals(axes, panel, edges)
         axes.axvline(0.0, ymax=0.7, color=BLACK, linewidth=0.6, linestyle=":")
         axes.legend(loc="upper left")
         leave_room_above(axes, 0.3)

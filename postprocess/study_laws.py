@@ -30,8 +30,6 @@ class StudyLaw:
 
     law: Law
     adjusted_r_squared: float
-    residual_edges: np.ndarray  # (bins + 1), per cent
-    residual_counts: np.ndarray  # (bins)
 
 
 # The residuals of a published law are drawn if nine of ten are smaller than this, in per cent. If
@@ -74,12 +72,9 @@ def study_law(study: Study, response: str) -> StudyLaw | str:
         entry = study.summary["regression"][response]
         if "reason" in entry:
             return str(entry["reason"])
-        histogram = entry["residuals_percent"]
-        law = StudyLaw(
+        return StudyLaw(
             law=Law(float(entry["intercept"]), float(entry["slope"])),
             adjusted_r_squared=float(entry["adjusted_r2"]),
-            residual_edges=np.asarray(histogram["edges"], dtype=float),
-            residual_counts=np.asarray(histogram["counts"], dtype=int),
         )
     except KeyError as missing:
         raise StudyError(
@@ -89,13 +84,6 @@ def study_law(study: Study, response: str) -> StudyLaw | str:
         raise StudyError(
             f"{study.directory / 'summary.json'}: the regression of '{response}' is malformed."
         ) from None
-    bins = law.residual_counts.size
-    if bins == 0 or law.residual_edges.shape != (bins + 1,):
-        raise StudyError(
-            f"{study.directory / 'summary.json'}: the residual histogram of '{response}' must have "
-            "one edge more than counts."
-        )
-    return law
 
 
 def bins_that_hold(edges: np.ndarray, values: np.ndarray) -> np.ndarray | None:

@@ -7,8 +7,9 @@ from itertools import cycle
 import numpy as np
 
 from command_results import CalibrationError, CalibrationResults
+from histogram import histogram_of
 from palette import BLACK, ORANGE, SERIES, VERMILLION
-from report_page.drawing import axis, bars, histogram_of, layout, level
+from report_page.drawing import axis, bars, layout, level
 from report_page.markup import (Plot, Section, facts, folded, provenance_rows, shown, table,
                                 with_error)
 from report_page.measured import (NAMES, PARAMETER_COLUMNS, WITH_FREE_INPUTS, add_animation, colour_limit,

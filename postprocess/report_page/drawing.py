@@ -12,7 +12,6 @@ import numpy as np
 from palette import BLUE, GREY, number
 
 MOST_COLUMNS = 700  # of a map over time
-MOST_BINS = 40
 MOST_MARKERS = 1000  # of a cloud of points
 FEWEST_TICKS, MOST_TICKS = 3, 9  # of a logarithmic axis
 DIVERGING = [[0.0, "#2166ac"], [0.25, "#92c5de"], [0.5, "#f7f7f7"], [0.75, "#f4a582"],
@@ -78,15 +77,6 @@ def heat_map(x, y, z, title: str, diverging_at: float | None = None) -> dict:
     if diverging_at is not None:
         trace |= {"colorscale": DIVERGING, "zmin": -diverging_at, "zmax": diverging_at}
     return trace
-
-
-def histogram_of(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Counts and edges; the number of bins follows the values (Freedman & Diaconis, Sturges)."""
-    known = values[np.isfinite(values)]
-    edges = np.histogram_bin_edges(known, bins="auto")
-    if edges.size - 1 > MOST_BINS:
-        edges = np.histogram_bin_edges(known, bins=MOST_BINS)
-    return np.histogram(known, edges)
 
 
 def bars(counts, edges, name: str = "", colour: str = BLUE) -> dict:

@@ -10,6 +10,7 @@ import numpy as np
 from backbones import SENTENCES, law_curve, law_text
 from command_results import (PUBLISHED_B1_PER_CYCLE, PUBLISHED_B2_HZ, FitResults, TrackResults,
                              heights_of)
+from histogram import histogram_of
 from palette import BLACK, BLUE, GREEN, ORANGE, VERMILLION
 from report_page.drawing import axis, bars, dots, layout, level, line
 from report_page.markup import Plot, Section, facts, provenance_rows, shown, table
@@ -96,7 +97,7 @@ def fit_section(results: FitResults, key: str, place: str) -> Section:
           stem["adequate_heights"], len(stem["heights"]), stem["largest_deflection_mm"]]
          for stem in stems]))
     if population:
-        _add_population(section, population)
+        _add_population(section, population, stems)
     if stems:
         _add_banding(section, stems)
     _add_backbones(section, [stem for stem in results.stems if stem.get("backbone")])
@@ -107,20 +108,20 @@ def fit_section(results: FitResults, key: str, place: str) -> Section:
     return section
 
 
-def _add_population(section: Section, population: dict):
+def _add_population(section: Section, population: dict, stems: list[dict]):
     plots = []
     for name, label, (mean, deviation) in (
             ("b1_per_cycle", "b1 per cycle", PUBLISHED_B1_PER_CYCLE),
             ("b2_hz", "b2, Hz", PUBLISHED_B2_HZ)):
         entry = population[name]
-        histogram = entry["histogram"]
-        most = max(histogram["counts"]) or 1
+        counts, edges = histogram_of([stem[name]["value"] for stem in stems])
+        most = max(counts)
         published = line([mean - deviation, mean + deviation], [1.06 * most] * 2,
                          "paper: mean ± sd", VERMILLION, width=3)
         middle = dots([mean], [1.06 * most], "paper: mean", VERMILLION, 9, "diamond",
                       showlegend=False)
         plots.append(Plot(f"population-{name.replace('_', '-')}", label, f"Histogram of {label}.",
-                          [bars(histogram["counts"], histogram["edges"], "stems"), published,
+                          [bars(counts, edges, "stems"), published,
                            middle],
                           layout(axis(label), axis("stems", whole=True),
                                  levels=[level(entry["mean"], BLACK, "dash", "x")]), 280))

@@ -8,9 +8,10 @@ import numpy as np
 
 from culm.archive import Study, StudyError
 from design_map import decay_per_damping, frequency_deviation_percent, grid_of, map_obstacle
+from histogram import histogram_of
 from palette import BLACK, BLUE, ORANGE, VERMILLION, number
 from report_page.drawing import (SEQUENTIAL, axis, bars, chosen_rows, dots, heat_map,
-                                 histogram_of, layout, level, line, outline)
+                                 layout, level, line, outline)
 from report_page.markup import Plot, Section, escaped, facts, folded, shown, table
 from report_page.picker import add_picker, factor_name
 from report_page.timestep import add_timestep
@@ -187,9 +188,11 @@ def _add_residual_histograms(section: Section, study: Study, responses):
         found = study_law(study, response.key)
         if isinstance(found, str):
             continue
-        traces = [bars(found.residual_counts, found.residual_edges, "this study", BLUE)]
+        counts, edges = histogram_of(
+            found.law.residuals_percent(response.predictor, response.values))
+        traces = [bars(counts, edges, "this study", BLUE)]
         published = response.published and published_residual_counts(
-            response.published, response.predictor, response.values, found.residual_edges)
+            response.published, response.predictor, response.values, edges)
         if published:
             traces.append(outline(*published, f"published, {response.equation}", VERMILLION))
         plots.append(Plot(f"residuals-{response.key}", f"Residuals of {response.symbol}",

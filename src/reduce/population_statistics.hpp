@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Descriptive statistics of samples: moments with intervals, quantiles, histograms; components of
-// the variance, between stems and between tests of one stem.
+// Descriptive statistics of samples: moments with intervals, quantiles; components of the
+// variance, between stems and between tests of one stem.
 #pragma once
 
 #include "reduce/distributions.hpp"
@@ -11,22 +11,6 @@
 #include <vector>
 
 namespace culm::reduce {
-
-struct Histogram {
-    std::vector<double> edges; ///< (bins + 1), ascending, equally wide, multiples of the width
-    std::vector<std::size_t> counts; ///< (bins); a value on an inner edge counts to the right
-};
-
-template <class To>
-void describe(To& to, const Histogram& histogram) {
-    to("edges", histogram.edges);
-    to("counts", histogram.counts);
-}
-
-/// Bins by the rule of Freedman & Diaconis (1981), 2·IQR/n^(1/3), or that of Sturges (1926) where
-/// the quartiles coincide; the width rounded to 1, 2 or 5 times a power of ten, at most 100 bins.
-/// All values equal: one bin around them. Values must be finite; no values give no bins.
-[[nodiscard]] Histogram make_histogram(std::span<const double> values);
 
 /// Intervals have a coverage of 95 % for a normal population.
 struct SampleSummary {
@@ -39,7 +23,6 @@ struct SampleSummary {
     double highest = 0.0;
     double median = 0.0;
     Bounds central_90_percent; ///< the 5 % and 95 % quantiles of the sample, interpolated
-    Histogram histogram;
 };
 
 template <class To>
@@ -53,7 +36,6 @@ void describe(To& to, const SampleSummary& sample) {
     to("median", sample.median);
     to("highest", sample.highest);
     to("central_90_percent", sample.central_90_percent);
-    to("histogram", sample.histogram);
 }
 
 /// Finite values; NaN where the sample is too small for a number (one value has no spread).

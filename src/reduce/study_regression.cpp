@@ -124,17 +124,14 @@ bool is_one_value(std::span<const double> values) {
     return highest - lowest <= same_value * std::max(std::abs(lowest), std::abs(highest));
 }
 
-/// Takes the residuals out of the regression: there may be millions.
-ResidualSummary summarise(LinearRegression& regression, std::span<const double> observed) {
+/// The largest residual in per cent of the largest observed value. Takes the residuals out of the
+/// regression: there may be millions.
+double take_largest_residual(LinearRegression& regression, std::span<const double> observed) {
     const auto largest_of = [](std::span<const double> values) {
         const auto [lowest, highest] = std::ranges::minmax(values);
         return std::max(std::abs(lowest), std::abs(highest));
     };
-    std::vector<double> percent = std::exchange(regression.residuals, {});
-    const double scale = 100.0 / largest_of(observed);
-    for (double& value : percent)
-        value *= scale;
-    return {largest_of(percent), make_histogram(percent)};
+    return 100.0 * largest_of(std::exchange(regression.residuals, {})) / largest_of(observed);
 }
 
 /// Empty if the single-predictor law is identifiable, else the reason.
@@ -167,13 +164,13 @@ RegressionOutcome regress_response(const ResponseTask& task, const PredictorPair
     result.single.regression = regress_on_terms(predictors, task.values, single_terms);
     result.single.intercept = result.single.regression.coefficients[0];
     result.single.slope = result.single.regression.coefficients[1];
-    result.single.residuals = summarise(result.single.regression, task.values);
+    result.single.largest_residual = take_largest_residual(result.single.regression, task.values);
     try {
         ReducedModel reduced;
         reduced.model = reduce_interaction_model(predictors, task.values, significance);
         reduced.single_predictor_against_full = nested_f_test(
             result.single.regression, regress_on_terms(predictors, task.values, all_terms));
-        reduced.residuals = summarise(reduced.model.regression, task.values);
+        reduced.model.regression.residuals.clear();
         result.reduced = std::move(reduced);
     } catch (const core::NumericalError& error) {
         result.no_reduced_reason = error.what();

@@ -59,26 +59,19 @@ struct StudyPoints {
     std::span<const double> frequency;           ///< fitted b2, Hz
 };
 
-/// Residuals, observed − fitted, in per cent of the largest observed response (Fig. 8).
-struct ResidualSummary {
-    double largest = 0.0; ///< absolute
-    Histogram histogram;
-};
-
 /// response = intercept + slope · predictor: Eq. 12 or 13 of Schramm et al. (2019).
 struct SinglePredictorLaw {
     Term predictor = Term::First; ///< First: decay per cycle; Second: frequency
     Coefficient intercept;
     Coefficient slope;
-    LinearRegression regression; ///< adjusted R², sigma, covariance; without residuals
-    ResidualSummary residuals;
+    LinearRegression regression;   ///< adjusted R², sigma, covariance; without residuals
+    double largest_residual = 0.0; ///< absolute, per cent of the largest observed response
 };
 
 /// The interaction model of both predictors after the F-tests.
 struct ReducedModel {
     InteractionModel model;
     NestedTest single_predictor_against_full; ///< p < 0.05: the single-predictor law is rejected
-    ResidualSummary residuals;
 };
 
 /// All results for one response.

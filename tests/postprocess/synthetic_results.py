@@ -265,8 +265,7 @@ def sample(mean, deviation):
     ends = [mean - deviation, mean + deviation]
     return {"count": 2, "mean": mean, "mean_interval": ends, "standard_deviation": deviation,
             "standard_deviation_interval": [0.5 * deviation, 3.0 * deviation], "lowest": ends[0],
-            "median": mean, "highest": ends[1], "central_90_percent": ends,
-            "histogram": {"edges": [ends[0], mean, ends[1]], "counts": [1, 1]}}
+            "median": mean, "highest": ends[1], "central_90_percent": ends}
 
 
 def calibration(names=("S1", "S2")):

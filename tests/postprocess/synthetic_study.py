@@ -127,7 +127,6 @@ def law_entry(predictor_name, predictor, response):
     slope, intercept = np.polyfit(predictor, response, 1)
     residuals = response - intercept - slope * predictor
     percent = 100.0 * residuals / np.abs(response).max()
-    counts, edges = np.histogram(percent, bins=5)
     share = residuals.var() / response.var()
     return {
         "intercept": intercept,
@@ -138,7 +137,7 @@ def law_entry(predictor_name, predictor, response):
         "unit": "1",
         "terms": [],
         "adjusted_r2_full": 1.0,
-        "residuals_percent": {"edges": edges.tolist(), "counts": counts.tolist()},
+        "largest_residual_percent": float(np.abs(percent).max()),
     }
 
 

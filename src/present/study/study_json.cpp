@@ -42,7 +42,7 @@ void describe_law(To& to, const reduce::RegressionOutcome& outcome, const char* 
             to("slope", law.single.slope.interval());
         });
         to("adjusted_r2", law.single.regression.adjusted_r_squared);
-        to("residuals_percent", law.single.residuals.histogram);
+        to("largest_residual_percent", law.single.largest_residual);
         to(
             "terms",
             [&] {
@@ -53,7 +53,6 @@ void describe_law(To& to, const reduce::RegressionOutcome& outcome, const char* 
         to.when(law.reduced, [&](const reduce::ReducedModel& reduced) {
             to("terms_adjusted_r2", reduced.model.regression.adjusted_r_squared);
             to("adjusted_r2_full", reduced.model.full_adjusted_r_squared);
-            to("terms_residuals_percent", reduced.residuals.histogram);
             to("single_against_full", reduced.single_predictor_against_full);
         });
         to.when(!law.reduced, [&] { to("terms_reason", law.no_reduced_reason); });

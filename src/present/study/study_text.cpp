@@ -127,7 +127,7 @@ std::string law(const char* response, const char* predictor, const char* publish
         std::abs(intercept.value), found.single.regression.adjusted_r_squared, found.points,
         published, slope.lower, slope.upper, intercept.lower, intercept.upper);
     text += fmt::format("    largest residual:   {:.2f} % of the largest observed value\n",
-                        found.single.residuals.largest);
+                        found.single.largest_residual);
     if (!found.reduced) {
         text += fmt::format("    F-tests:            {}\n", found.no_reduced_reason);
         return text;

@@ -6,8 +6,7 @@
 #include <limits>
 #include <numbers>
 
-#include <Eigen/QR>
-#include <ceres/tiny_solver.h>
+#include <Eigen/Cholesky>
 
 namespace culm::reduce {
 
@@ -29,27 +28,37 @@ double equal_interval(const Eigen::ArrayXd& times) {
     return interval;
 }
 
-/// The problem as Ceres' small solver calls it.
-struct SmallProblem {
-    using Scalar = double;
-    enum { NUM_RESIDUALS = Eigen::Dynamic, NUM_PARAMETERS = Eigen::Dynamic };
+/// The larger of the damped Newton step and, where the Hessian is not positive definite, the damped
+/// Gauss-Newton step; in units in which JᵀJ has ones on its diagonal.
+Eigen::VectorXd minimising_step(const RingDownProblem& problem, const Eigen::MatrixXd& hessian,
+                                double damping) {
+    const Eigen::MatrixXd& jacobian = problem.jacobian();
+    const Eigen::VectorXd scale = jacobian.colwise().norm().cwiseInverse();
+    const Eigen::VectorXd gradient = jacobian.transpose() * problem.residuals();
+    const auto scaled = [&](Eigen::MatrixXd matrix) {
+        matrix = scale.asDiagonal() * matrix * scale.asDiagonal();
+        matrix.diagonal().array() += damping;
+        return Eigen::LLT<Eigen::MatrixXd>(matrix);
+    };
+    Eigen::LLT<Eigen::MatrixXd> factor = scaled(hessian);
+    if (factor.info() != Eigen::Success)
+        factor = scaled(jacobian.transpose() * jacobian);
+    return -scale.cwiseProduct(factor.solve(scale.cwiseProduct(gradient)));
+}
 
-    [[nodiscard]] int NumResiduals() const { return static_cast<int>(problem.residuals().size()); }
-    [[nodiscard]] int NumParameters() const { return static_cast<int>(problem.free().count()); }
-    bool operator()(const double* parameters, double* residuals, double* jacobian) const {
-        problem.evaluate(problem.with_free(
-            start, Eigen::Map<const Eigen::VectorXd>(parameters, NumParameters())));
-        Eigen::Map<Eigen::VectorXd>(residuals, NumResiduals()) = problem.residuals();
-        if (jacobian == nullptr)
-            return true;
-        problem.evaluate_jacobian();
-        Eigen::Map<Eigen::MatrixXd>(jacobian, NumResiduals(), NumParameters()) = problem.jacobian();
-        return true;
-    }
-
-    RingDownProblem& problem;
-    const RingDownParameters& start; ///< of what is not free
-};
+/// Largest step relative to its parameter; the decay's scale does not fall below 1e-3 per cycle,
+/// because an undamped motion has a decay of zero. Phase and offset refer to the amplitude.
+double relative_size(const Eigen::VectorXd& step, const FreeRingDownParameters& free,
+                     const RingDownParameters& at) {
+    const double amplitude = std::hypot(at.amplitude, at.quadrature);
+    const double decay_scale = std::max(std::abs(at.decay_rate), 1e-3 * at.frequency);
+    double size = std::max(std::abs(step[free.decay()]) / decay_scale,
+                           std::abs(step[free.decay() + 1] / at.frequency));
+    for (Eigen::Index k = 0; k < step.size(); ++k)
+        if (k < free.decay() || k > free.decay() + 1)
+            size = std::max(size, std::abs(step[k]) / amplitude);
+    return size;
+}
 
 } // namespace
 
@@ -117,42 +126,93 @@ void RingDownProblem::evaluate_jacobian() {
         jacobian_.col(column).setOnes();
 }
 
-RingDownParameters RingDownProblem::with_free(RingDownParameters at,
-                                              const Eigen::VectorXd& values) const {
-    for (Eigen::Index k = 0; k < free_.count(); ++k)
-        at.*free_.members()[static_cast<std::size_t>(k)] = values[k];
+Eigen::MatrixXd RingDownProblem::hessian() const {
+    // JᵀJ + Σ r ∂²y/∂p_i ∂p_j. With C = e^(b1 t) cos 2π b2 t, S likewise, m = c C − s S and
+    // q = c S + s C, the second derivatives of y that are not 0 are
+    //   (b1, b1) t² m   (b1, b2) −2π t² q   (b2, b2) −(2π)² t² m
+    //   (c, b1) t C     (c, b2) −2π t S     (s, b1) −t S     (s, b2) −2π t C.
+    Eigen::MatrixXd hessian = jacobian_.transpose() * jacobian_;
+    const Eigen::ArrayXd weighted = residuals_.array() * basis_.times();
+    const Eigen::ArrayXd squares = weighted * basis_.times();
+    const double in_phase = (weighted * basis_.in_phase()).sum();
+    const double quadrature = (weighted * basis_.quadrature()).sum();
+    const double motion = (squares * motion_).sum();
+    const double conjugate = (squares * conjugate_).sum();
+    const Eigen::Index b1 = free_.decay();
+    const Eigen::Index b2 = b1 + 1;
+    const auto add = [&hessian](Eigen::Index i, Eigen::Index j, double value) {
+        hessian(i, j) += value;
+        if (i != j)
+            hessian(j, i) += value;
+    };
+    add(b1, b1, motion);
+    add(b1, b2, -two_pi * conjugate);
+    add(b2, b2, -two_pi * two_pi * motion);
+    if (free_.amplitude) {
+        add(0, b1, in_phase);
+        add(0, b2, -two_pi * quadrature);
+    }
+    if (free_.quadrature) {
+        add(b2 + 1, b1, -quadrature);
+        add(b2 + 1, b2, -two_pi * in_phase);
+    }
+    return hessian;
+}
+
+RingDownParameters RingDownProblem::moved(RingDownParameters at,
+                                          const Eigen::VectorXd& step) const {
+    Eigen::Index k = 0;
+    if (free_.amplitude)
+        at.amplitude += step[k++];
+    at.decay_rate += step[k++];
+    at.frequency += step[k++];
+    if (free_.quadrature)
+        at.quadrature += step[k++];
+    if (free_.offset)
+        at.offset += step[k];
     return at;
 }
 
 std::optional<RingDownMinimum> minimum_from(RingDownProblem& problem,
                                             const RingDownParameters& start) {
-    problem.evaluate(start);
-    Eigen::VectorXd values(problem.free().count());
-    for (Eigen::Index k = 0; k < values.size(); ++k)
-        values[k] = start.*problem.free().members()[static_cast<std::size_t>(k)];
-    ceres::TinySolver<SmallProblem> solver;
-    solver.options.max_num_iterations = 200;
-    // Only the size of a step ends the search: sums of squares resolve half of the digits.
-    solver.options.gradient_tolerance = 0.0;
-    solver.options.function_tolerance = 0.0;
-    solver.options.cost_threshold = 0.0;
-    solver.options.parameter_tolerance = 1e-13;
-    const auto summary = solver.Solve({problem, start}, &values);
-    if (summary.status == solver.HIT_MAX_ITERATIONS || !values.allFinite())
-        return std::nullopt;
-    problem.evaluate(problem.with_free(start, values));
-    problem.evaluate_jacobian();
-    RingDownMinimum found{problem.with_free(start, values), problem.sum_of_squares()};
-    // The solver's normal equations lose half of the digits of its last step.
-    values -= problem.jacobian().householderQr().solve(problem.residuals());
-    problem.evaluate(problem.with_free(start, values));
-    if (problem.sum_of_squares() <= found.sum_of_squares)
-        found = {problem.with_free(start, values), problem.sum_of_squares()};
-    if (found.parameters.frequency < 0.0) { // the same motion
-        found.parameters.frequency = -found.parameters.frequency;
-        found.parameters.quadrature = -found.parameters.quadrature;
+    constexpr int most_iterations = 200;
+    constexpr double rounding = 1e-14;
+    constexpr double converged = 1e-10;
+    constexpr double most_damping = 1e10;
+    RingDownMinimum found{start, 0.0};
+    double damping = 1e-3;
+    double previous = std::numeric_limits<double>::infinity();
+    for (int iteration = 0; iteration < most_iterations; ++iteration) {
+        problem.evaluate(found.parameters);
+        problem.evaluate_jacobian();
+        found.sum_of_squares = problem.sum_of_squares();
+        const Eigen::MatrixXd hessian = problem.hessian();
+        RingDownParameters next;
+        double size = 0.0;
+        for (;; damping = std::max(10.0 * damping, 1e-6)) {
+            const Eigen::VectorXd step = minimising_step(problem, hessian, damping);
+            size = relative_size(step, problem.free(), found.parameters);
+            // Small steps that no longer shrink consist of rounding.
+            if (!(size > rounding) || (size < converged && size > 0.1 * previous) ||
+                damping > most_damping) {
+                return std::isfinite(size) && size < converged ? std::optional(found)
+                                                               : std::nullopt;
+            }
+            next = problem.moved(found.parameters, step);
+            problem.evaluate(next);
+            if (problem.sum_of_squares() <= found.sum_of_squares * (1.0 + rounding))
+                break;
+            problem.evaluate(found.parameters); // as the Jacobian is
+        }
+        found.parameters = next;
+        if (next.frequency < 0.0) { // the same motion
+            found.parameters.frequency = -next.frequency;
+            found.parameters.quadrature = -next.quadrature;
+        }
+        previous = size;
+        damping = damping < 1e-6 ? 0.0 : 0.1 * damping;
     }
-    return found;
+    return std::nullopt;
 }
 
 } // namespace culm::reduce

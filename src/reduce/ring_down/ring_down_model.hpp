@@ -5,8 +5,9 @@
 //
 //     y(t) = offset + e^(b1 t) (c cos 2π b2 t − s sin 2π b2 t)
 //
-// is linear in c, s and the offset. The minimum is found by the Levenberg-Marquardt method of
-// Ceres' solver for small problems.
+// is linear in c, s and the offset. The minimum is found by Newton's method with the exact Hessian,
+// which converges quadratically where Gauss-Newton slows down because of large residuals; where the
+// Hessian is not positive definite or a step increases the sum, Levenberg-Marquardt takes over.
 //
 // Traps. The sum of squares has a minimum near every frequency of the history: a fit needs the
 // starts of ring_down_starts(). Frequencies from half the sampling rate on have a lower alias with
@@ -45,19 +46,9 @@ struct FreeRingDownParameters {
     bool quadrature = false;
     bool offset = false;
 
-    /// In their order.
-    [[nodiscard]] std::vector<double RingDownParameters::*> members() const {
-        std::vector<double RingDownParameters::*> all;
-        if (amplitude)
-            all.push_back(&RingDownParameters::amplitude);
-        all.insert(all.end(), {&RingDownParameters::decay_rate, &RingDownParameters::frequency});
-        if (quadrature)
-            all.push_back(&RingDownParameters::quadrature);
-        if (offset)
-            all.push_back(&RingDownParameters::offset);
-        return all;
+    [[nodiscard]] Eigen::Index count() const {
+        return 2 + (amplitude ? 1 : 0) + (quadrature ? 1 : 0) + (offset ? 1 : 0);
     }
-    [[nodiscard]] Eigen::Index count() const { return std::ssize(members()); }
     /// Index of b1 among the free parameters; that of b2 follows. c is the first, then after b2 s
     /// and the offset.
     [[nodiscard]] Eigen::Index decay() const { return amplitude ? 1 : 0; }
@@ -95,14 +86,16 @@ class RingDownProblem {
     void evaluate(const RingDownParameters& at);
     /// Sets jacobian, at the parameters that were evaluated.
     void evaluate_jacobian();
+    /// ∂²(½ Σ r²)/∂p², after evaluate_jacobian.
+    [[nodiscard]] Eigen::MatrixXd hessian() const;
 
     [[nodiscard]] const FreeRingDownParameters& free() const { return free_; }
     [[nodiscard]] const Eigen::VectorXd& residuals() const { return residuals_; } ///< (samples)
     [[nodiscard]] const Eigen::MatrixXd& jacobian() const { return jacobian_; } ///< (samples, free)
     [[nodiscard]] double sum_of_squares() const { return residuals_.squaredNorm(); }
-    /// The parameters with these values of the free ones.
-    [[nodiscard]] RingDownParameters with_free(RingDownParameters at,
-                                               const Eigen::VectorXd& values) const;
+    /// The parameters after a step of the free ones.
+    [[nodiscard]] RingDownParameters moved(RingDownParameters at,
+                                           const Eigen::VectorXd& step) const;
 
   private:
     FreeRingDownParameters free_;
