@@ -86,11 +86,10 @@ TEST(Summary, RegressionHasTheDocumentedKeysAndTheNumbersOfTheRegression) {
     const StudySummary summary = summary_of(three_moduli, three_dampings);
     const json all = summary_json(summary);
     const json& found = all["regression"]["sqrt_youngs_modulus"];
-    EXPECT_EQ(keys_of(found),
-              (std::set<std::string>{"predictor", "unit", "points", "intercept", "slope",
-                                     "interval", "adjusted_r2", "largest_residual_percent", "terms",
-                                     "terms_adjusted_r2", "adjusted_r2_full",
-                                     "single_against_full"}));
+    EXPECT_EQ(keys_of(found), (std::set<std::string>{
+                                  "predictor", "unit", "points", "intercept", "slope", "interval",
+                                  "adjusted_r2", "largest_residual_percent", "terms",
+                                  "terms_adjusted_r2", "adjusted_r2_full", "single_against_full"}));
     EXPECT_EQ(found["predictor"], "frequency");
     EXPECT_EQ(found["unit"], "sqrt(Pa)");
     EXPECT_EQ(found["points"], 9);
