@@ -211,7 +211,7 @@ class Track(Reference, unittest.TestCase):
 
 EXECUTED = {test.page.name for test in globals().copy().values()
             if isinstance(test, type) and issubclass(test, ExecutedPage) and hasattr(test, "page")
-            } | {"howto.md", "tutorial-hidden-effect.md"}
+            } | {"howto.md", "python.md", "tutorial-hidden-effect.md"}
 
 
 if __name__ == "__main__":
