@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import tempfile
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -26,23 +27,19 @@ def run(study: Mapping | str | os.PathLike, output: str | os.PathLike | None = N
     written to <output>.toml, so that the study can be run again without Python.
     Raises InputError, StoppedEarly (go on with resume=True), StudyError; warns with FailedPoints.
     """
-    is_dict = isinstance(study, Mapping)
-    if output is None:
-        name = study.get("study", {}).get("name") if is_dict else None
-        if is_dict and name is None:
+    file = study
+    if isinstance(study, Mapping):
+        name = study.get("study", {}).get("name")
+        if output is None and name is None:
             raise InputError("a study without output needs a name: {\"study\": {\"name\": …}}")
-        output = Path("results") / (name or _name_of_file(study))
-    output = Path(output)
-    if is_dict:
+        output = Path("results") / name if output is None else Path(output)
         file = output.with_name(output.name + ".toml")
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(study_text(study), encoding="utf-8")
-    else:
-        file = Path(study)
-    options = ["--resume"] * resume + ["--retry-failed"] * retry_failed + _option(
+    options = _option("-o", output) + ["--resume"] * resume + ["--retry-failed"] * retry_failed + _option(
         "--walltime", walltime)
-    execute(["run", file, "-o", output, *options], ranks, progress)
-    return Study(output)
+    printed = execute(["run", file, *options], ranks, progress)
+    return Study(re.search(r"^archive (.+)$", printed, re.MULTILINE)[1])
 
 
 def calibrate(folders: Folders, effects: Iterable[str] = (), *, ranks: int = 1,
@@ -128,14 +125,3 @@ def _model_options(law: str | None, spheres: int | None, window: float | None) -
 
 def _paths(folders: Folders) -> list:
     return [folders] if isinstance(folders, (str, os.PathLike)) else list(folders)
-
-
-def _name_of_file(file: str | os.PathLike) -> str:
-    """The name that culm gives a study: study.name, or that of the file."""
-    import tomllib
-    try:
-        with open(file, "rb") as stream:
-            name = tomllib.load(stream).get("study", {}).get("name")
-    except (OSError, tomllib.TOMLDecodeError):
-        name = None  # culm says what is wrong
-    return name or Path(file).stem

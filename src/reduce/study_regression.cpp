@@ -170,7 +170,7 @@ RegressionOutcome regress_response(const ResponseTask& task, const PredictorPair
         reduced.model = reduce_interaction_model(predictors, task.values, significance);
         reduced.single_predictor_against_full = nested_f_test(
             result.single.regression, regress_on_terms(predictors, task.values, all_terms));
-        reduced.model.regression.residuals.clear();
+        reduced.model.regression.residuals = std::vector<double>(); // frees the memory
         result.reduced = std::move(reduced);
     } catch (const core::NumericalError& error) {
         result.no_reduced_reason = error.what();

@@ -70,6 +70,20 @@ def journal_bytes(study: Path) -> int:
     return size
 
 
+def contents(folder: Path, study: str) -> dict[str, bytes]:
+    """The raw bytes of every dataset except the provenance, which states the time and the host."""
+    import h5py  # imported here because most tests need no archive
+    found = {}
+
+    def take(name, item):
+        if isinstance(item, h5py.Dataset) and not name.startswith("provenance"):
+            found[name] = item[()].tobytes()
+
+    with h5py.File(folder / study / "study.h5", "r") as file:
+        file.visititems(take)
+    return found
+
+
 def children_of(process_id: int) -> list[int]:
     """The child processes of a process, from /proc."""
     children = []

@@ -6,7 +6,8 @@ import shutil
 import subprocess
 import unittest
 
-from culm_program import BAD_INPUT, DONE, PROGRAM, STOPPED_EARLY, CulmTest, launcher
+from culm_program import (BAD_INPUT, DONE, PROGRAM, STOPPED_EARLY, CulmTest, contents,
+                          launcher)
 
 STEM = """
 [stem]
@@ -53,20 +54,7 @@ class ExtendTest(CulmTest):
                               cwd=self.folder, text=True, capture_output=True, check=False)
 
     def contents(self, folder: str) -> dict[str, bytes]:
-        """Every dataset as bytes, through links too; not the provenance, which states times."""
-        import h5py
-        found = {}
-
-        def take(name, item):
-            if isinstance(item, h5py.Dataset) and not name.startswith("provenance"):
-                found[name] = item[()].tobytes()
-
-        with h5py.File(self.folder / folder / "study.h5") as file:
-            file.visititems(take)
-            found.pop("histories/trajectory_crc32", None)
-            for point in file.get("particles", ()):
-                take(point, file[f"particles/{point}/position/value"])
-        return found
+        return contents(self.folder, folder)
 
 
 class Extend(ExtendTest):

@@ -13,7 +13,7 @@ from pathlib import Path
 # The definitions are shared with the tests of the command line.
 sys.path.append(str(Path(__file__).resolve().parent.parent / "cli"))
 from culm_program import (BAD_INPUT, DONE, POINTS_FAILED, PROGRAM, SLOWNESS,  # noqa: E402,F401
-                          STOPPED_EARLY, ranks_of, journal_bytes, launcher)
+                          STOPPED_EARLY, contents, ranks_of, journal_bytes, launcher)
 
 # Seconds after which a run is taken to hang: far longer than any of these studies takes.
 PATIENCE = 120 * SLOWNESS

@@ -18,7 +18,8 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from fault_study import (DONE, STUDY, committed_points, culm, kill_at_random, start, verify)
+from fault_study import (DONE, STUDY, committed_points, contents, culm, kill_at_random, start,
+                         verify)
 
 
 class Violation(Exception):
@@ -32,20 +33,6 @@ def require(condition: bool, text: str):
 
 def tables(folder: Path, study: str) -> bytes:
     return (folder / study / "fits.csv").read_bytes()
-
-
-def contents(folder: Path, study: str) -> dict[str, bytes]:
-    """The raw bytes of every dataset except the provenance, which states the time and the host."""
-    import h5py  # imported here because the kills are useful without it
-    found = {}
-
-    def take(name, item):
-        if isinstance(item, h5py.Dataset) and not name.startswith("provenance"):
-            found[name] = item[()].tobytes()
-
-    with h5py.File(folder / study / "study.h5", "r") as file:
-        file.visititems(take)
-    return found
 
 
 def check_after_kill(folder: Path, study: str, before: set[int]) -> set[int]:

@@ -17,6 +17,13 @@ static_assert(std::endian::native == std::endian::little, "numbers are written a
 
 namespace {
 
+/// The bytes and their checksum.
+core::Bytes with_checksum(core::Bytes bytes) {
+    const core::Bytes checksum = core::encoded(crc32(bytes));
+    bytes.insert(bytes.end(), checksum.begin(), checksum.end());
+    return bytes;
+}
+
 /// Header and payload have a checksum each. An intact header locates the next record even if its
 /// payload is damaged, so that one flipped bit destroys only one record.
 core::Bytes encoded_header(std::int64_t point, RecordKind kind,
@@ -24,10 +31,7 @@ core::Bytes encoded_header(std::int64_t point, RecordKind kind,
     core::WireWriter header;
     header(record_magic, std::uint64_t{payload.size()}, point, static_cast<std::uint32_t>(kind),
            std::uint32_t{0}, crc32(payload));
-    core::Bytes bytes = header.take();
-    const core::Bytes checksum = core::encoded(crc32(bytes));
-    bytes.insert(bytes.end(), checksum.begin(), checksum.end());
-    return bytes;
+    return with_checksum(header.take());
 }
 
 bool is_known_kind(std::uint32_t number) {
@@ -40,10 +44,7 @@ bool is_known_kind(std::uint32_t number) {
 std::vector<std::byte> encode_journal_header(std::string_view identity) {
     core::WireWriter header;
     header(journal_magic, journal_version, std::string(identity));
-    core::Bytes bytes = header.take();
-    const core::Bytes checksum = core::encoded(crc32(bytes));
-    bytes.insert(bytes.end(), checksum.begin(), checksum.end());
-    return bytes;
+    return with_checksum(header.take());
 }
 
 std::vector<std::byte> encode_record(const PointRecord& record) {
