@@ -101,6 +101,15 @@ class Synthetic:
         write_summary(folder, self.summary())
         return folder
 
+    def residuals_percent(self, response):
+        """Of the least-squares line of "sqrt_youngs_modulus" or "bond_damping", in per cent of the
+        largest value."""
+        rows = self.is_completed
+        x, y = {"sqrt_youngs_modulus": (self.frequency, np.sqrt(1e9 * self.modulus_gpa)),
+                "bond_damping": (self.decay_per_cycle, self.damping)}[response]
+        slope, intercept = np.polyfit(x[rows], y[rows], 1)
+        return 100.0 * (y[rows] - intercept - slope * x[rows]) / np.abs(y[rows]).max()
+
     def summary(self):
         """The summary in the format of `culm reduce`; the laws are least-squares lines."""
         rows = self.is_completed

@@ -133,13 +133,14 @@ class Residuals(FigureTest):
     def steps_of(self, axes):
         return [patch for patch in axes.patches if isinstance(patch, StepPatch)]
 
-    def test_bars_count_every_residual_of_the_law(self):
+    def test_bars_are_the_histogram_of_the_residuals(self):
         figure = figures.residual_figure(self.open())
         for axes, key in zip(figure.axes, ("sqrt_youngs_modulus", "bond_damping")):
-            largest = self.truth.summary()["regression"][key]["largest_residual_percent"]
+            percent = self.truth.residuals_percent(key)
             values, edges, _ = self.steps_of(axes)[0].get_data()
-            self.assertEqual(values.sum(), int(self.truth.is_completed.sum()))
-            self.assertAlmostEqual(np.abs(edges).max(), largest)
+            counts, expected = np.histogram(percent, bins="auto")
+            self.assertEqual(values.tolist(), counts.tolist())
+            np.testing.assert_allclose(edges, expected, rtol=1e-9)
 
     def test_the_published_law_is_drawn_with_every_point(self):
         figure = figures.residual_figure(self.open())
