@@ -69,8 +69,17 @@ class Stem:
     document: dict = field(repr=False)
 
 
+class _Printed:
+    """A result that prints as the text that culm printed."""
+
+    text: str
+
+    def __str__(self):
+        return self.text
+
+
 @dataclass(frozen=True)
-class Calibration:
+class Calibration(_Printed):
     """The stems of `culm calibrate`, in its order; calibration[0] is the first."""
 
     stems: list[Stem]
@@ -94,9 +103,6 @@ class Calibration:
 
     def __len__(self):
         return len(self.stems)
-
-    def __str__(self):
-        return self.text
 
     def table(self):
         """One row for each stem, a pandas DataFrame."""
@@ -122,7 +128,7 @@ class Model:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Comparison(_Printed):
     """The models of `culm compare`, the published chain first; `best` is the best one."""
 
     measurement: str
@@ -148,9 +154,6 @@ class Comparison:
                      bool(verdict.get("adequate")), verdict.get("reason", ""),
                      found.get("failure", ""), found)
 
-    def __str__(self):
-        return self.text
-
     def table(self):
         """One row for each model, a pandas DataFrame."""
         return _frame([{"model": model.name, "is_adequate": model.is_adequate,
@@ -160,7 +163,7 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class Diagnosis:
+class Diagnosis(_Printed):
     """The answer of `culm diagnose` for one stem or for a laboratory.
 
     `verdict` is "adequate", "effect", "tie" or "unknown"; `effects` are named only with "effect".
@@ -184,9 +187,6 @@ class Diagnosis:
         return cls(document["conclusion" if is_laboratory else "verdict"], effects,
                    _number(document["probability"]), _estimates(document.get("parameters")),
                    list(document["sentences"]), is_laboratory, document, text)
-
-    def __str__(self):
-        return self.text
 
     def models(self):
         """The compared models with log evidence and probability, a pandas DataFrame."""

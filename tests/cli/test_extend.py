@@ -108,14 +108,19 @@ class Extend(ExtendTest):
         self.assert_exit(self.run_study(text % "120, 60", "fresh"), DONE)
         self.assertEqual(self.contents("grown"), self.contents("fresh"))
 
-    def test_of_a_study_that_was_stopped_keeps_what_it_has(self):
-        self.write("slow.toml", GRID_80.replace("spheres = 12", "spheres = 56"))
+    def stop_a_small_study(self) -> str:
+        """Stops the study "grown" after four points; the text of the study that extends it."""
+        slow = "spheres = 12", "spheres = 56"
+        self.write("slow.toml", GRID_80.replace(*slow))
         process = self.start(PROGRAM, "run", "slow.toml", "-o", "grown", "-q")
         self.wait_for_points("grown", 4)
         process.terminate()
         process.communicate()
         self.assertEqual(process.returncode, STOPPED_EARLY)
-        large = GRID_120.replace("spheres = 12", "spheres = 56")
+        return GRID_120.replace(*slow)
+
+    def test_of_a_study_that_was_stopped_keeps_what_it_has(self):
+        large = self.stop_a_small_study()
         extended = self.run_study(large, "grown", "--resume", ranks=2)
         self.assert_exit(extended, DONE)
         kept = int(re.search(r"is extended: (\d+) of 120 points are there", extended.stderr)[1])
@@ -124,13 +129,8 @@ class Extend(ExtendTest):
         self.assertEqual(self.contents("grown"), self.contents("fresh"))
 
     def test_interrupted_before_it_removed_the_journals_goes_on(self):
-        self.write("slow.toml", GRID_80.replace("spheres = 12", "spheres = 56"))
-        process = self.start(PROGRAM, "run", "slow.toml", "-o", "grown", "-q")
-        self.wait_for_points("grown", 4)
-        process.terminate()
-        process.communicate()
+        large = self.stop_a_small_study()
         shutil.copytree(self.folder / "grown/journal", self.folder / "absorbed")
-        large = GRID_120.replace("spheres = 12", "spheres = 56")
         # Stops at once: the archive is that of the large study, without its new points.
         stopped = self.run_study(large, "grown", "--resume", "--walltime", "1s")
         self.assertNotEqual(stopped.returncode, DONE)
