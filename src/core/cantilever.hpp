@@ -9,9 +9,10 @@
 
 namespace culm::core {
 
-/// Roots of cos x cosh x = −1, of modes 1 to 3.
-inline constexpr std::array cantilever_roots{1.8751040687119611, 4.694091132974174,
-                                             7.854757438237613};
+/// Roots of cos x cosh x = −1, of modes 1 to 8.
+inline constexpr std::array cantilever_roots{
+    1.8751040687119611, 4.694091132974174,  7.854757438237613, 10.995540734875467,
+    14.13716839104647,  17.278759532088237, 20.42035225104125, 23.561944901806445};
 
 /// 1.8751²/(2π L²) √(E I/μ), Hz, of the length L, m, the bending rigidity E I, N m², and the mass
 /// per length μ, kg/m (Euler and Bernoulli).
@@ -22,8 +23,8 @@ inline constexpr std::array cantilever_roots{1.8751040687119611, 4.6940911329741
            std::sqrt(bending_rigidity / mass_per_length);
 }
 
-/// Shape of mode number `mode` (0, 1 or 2) at the place x (0 … 1) along the stem, 1 at the tip, and
-/// its derivatives by x.
+/// Shape of mode number `mode` (0 … 7) at the place x (0 … 1) along the stem, 1 at the tip, and its
+/// derivatives by x.
 struct ModeShape {
     double value = 0.0;
     double slope = 0.0;

@@ -13,8 +13,11 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
     fuzz::write("stem.toml", std::string_view(input).substr(0, end + 1));
     fuzz::write("deflection.csv", std::string_view(input).substr(end + border.size()));
     fuzz::may_refuse([] {
-        // The writer accepts whatever the reader accepts, and the reader accepts its output.
+        // The writer accepts whatever the reader accepts, and the reader accepts its output; only
+        // measurements without sensors are written.
         const measure::Measurement measurement = measure::read_measurement(fuzz::folder());
+        if (!measurement.sensors.empty())
+            return;
         measure::write_measurement(fuzz::folder() / "again", measurement);
         static_cast<void>(measure::read_measurement(fuzz::folder() / "again"));
     });

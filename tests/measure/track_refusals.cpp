@@ -241,6 +241,17 @@ TEST(Recording, IsRefusedWithInvalidPicturesOrSettings) {
                   (void)read_track_settings(file);
               }).find("height_step_mm = 1e-09: must be at least mm_per_px = "),
               std::string::npos);
+    std::ofstream(file) << video.settings("heights_mm = [10, 10]\n");
+    EXPECT_NE(refusal([&] { (void)read_track_settings(file); }).find("heights_mm"),
+              std::string::npos);
+    // A video has no column for a sensor.
+    std::ofstream(file) << video.settings()
+                        << "[[sensor]]\ncolumn = \"acc\"\nquantity = \"acceleration\"\n"
+                           "unit = \"g\"\nheight_mm = 10\n";
+    EXPECT_NE(refusal([&] {
+                  (void)read_track_settings(file);
+              }).find("sensor.column = \"acc\": a video has only rows of the picture"),
+              std::string::npos);
     std::ofstream(file) << video.settings("frame_count = 30\n");
     EXPECT_NE(refusal([&] {
                   (void)track_video(read_track_settings(file), {2});

@@ -372,10 +372,8 @@ void read_deflection_file(const std::filesystem::path& file, Measurement& measur
 
 std::string deflection_file_text(const Measurement& measurement) {
     std::string text = "time_s";
-    for (std::size_t j = 0; j < measurement.heights.size(); ++j)
-        text += is_of_camera(measurement.sensors, j)
-                    ? fmt::format(",h={}mm", core::decimal_text(measurement.heights[j], 3))
-                    : "," + measurement.sensors[j].column;
+    for (const double height : measurement.heights)
+        text += fmt::format(",h={}mm", core::decimal_text(height, 3));
     text += '\n';
     for (std::size_t i = 0; i < measurement.times.size(); ++i) {
         text += core::decimal_text(measurement.times[i]);
@@ -383,7 +381,7 @@ std::string deflection_file_text(const Measurement& measurement) {
             const double value = measurement.deflection(i, j);
             text += ',';
             if (!std::isnan(value))
-                text += core::decimal_text(value, is_of_camera(measurement.sensors, j) ? 3 : 0);
+                text += core::decimal_text(value, 3);
         }
         text += '\n';
     }

@@ -25,7 +25,6 @@ struct UnitSize {
     double size;
 };
 
-/// The SI unit is the first one of each quantity.
 constexpr std::array<UnitSize, 10> units{{{Quantity::Displacement, "m", 1.0},
                                           {Quantity::Displacement, "mm", 1e-3},
                                           {Quantity::Displacement, "um", 1e-6},
@@ -204,10 +203,6 @@ std::optional<double> unit_size(Quantity quantity, std::string_view unit) {
         return each.quantity == quantity && each.name == unit;
     });
     return found == units.end() ? std::nullopt : std::optional(found->size);
-}
-
-std::string_view si_unit(Quantity quantity) {
-    return std::ranges::find(units, quantity, &UnitSize::quantity)->name;
 }
 
 std::string unit_names(Quantity quantity) {

@@ -43,7 +43,6 @@ struct AddedMass {
     double mass = 0.0;                        ///< kg
     std::optional<double> mass_uncertainty{}; ///< standard uncertainty, kg
     double mass_last_digit = 0.0; ///< one in the last digit that the file writes, kg; 0: not known
-    std::string sensor{};         ///< column of the sensor that weighs it; empty: another body
 };
 
 struct MeasuredStem {
@@ -160,8 +159,6 @@ struct ReadingUnit {
 
 /// SI units per unit of a column; empty if the unit does not belong to the quantity.
 [[nodiscard]] std::optional<double> unit_size(Quantity quantity, std::string_view unit);
-/// The SI unit of a quantity: "m", "m/s", "m/s2", "m/m".
-[[nodiscard]] std::string_view si_unit(Quantity quantity);
 /// The units of a quantity as text: "m/s2, mm/s2, g".
 [[nodiscard]] std::string unit_names(Quantity quantity);
 

@@ -2,7 +2,6 @@
 #include "measure/folder/measurement_folder.hpp"
 
 #include "core/error.hpp"
-#include "core/order_statistics.hpp"
 #include "core/user_files.hpp"
 #include "measure/folder/measurement_files.hpp"
 #include "measure/release/swing_release.hpp"
@@ -21,40 +20,6 @@ namespace fs = std::filesystem;
 
 bool is_measurement(const fs::path& folder) {
     return fs::is_regular_file(folder / deflection_file_name);
-}
-
-template <class Range>
-bool ascends_strictly(const Range& values) {
-    return std::ranges::adjacent_find(values, [](double a, double b) { return !(a < b); }) ==
-           values.end();
-}
-
-/// Checks sizes and order; the reader, which sees the files next, checks the ranges of numbers.
-void check(const fs::path& folder, const Measurement& measurement) {
-    const auto refuse = [&](const std::string& text) {
-        throw core::InputError(
-            fmt::format("{}: the measurement cannot be written: {}", folder.string(), text));
-    };
-    const std::size_t heights = measurement.heights.size();
-    if (measurement.times.empty() || heights == 0)
-        refuse("it has no times or no heights");
-    if (measurement.deflections.size() != measurement.times.size() * heights)
-        refuse(fmt::format("{} deflections for {} times and {} heights",
-                           measurement.deflections.size(), measurement.times.size(), heights));
-    if (!measurement.reading_uncertainties.empty() &&
-        measurement.reading_uncertainties.size() != measurement.deflections.size())
-        refuse(fmt::format("{} uncertainties for {} deflections",
-                           measurement.reading_uncertainties.size(),
-                           measurement.deflections.size()));
-    if (!measurement.noise_by_height.empty() && measurement.noise_by_height.size() != heights)
-        refuse(
-            fmt::format("noise for {} of {} heights", measurement.noise_by_height.size(), heights));
-    if (!ascends_strictly(measurement.times) ||
-        (measurement.sensors.empty() ? !ascends_strictly(measurement.heights)
-                                     : !std::ranges::is_sorted(measurement.heights)))
-        refuse("times and heights must ascend");
-    if (std::ranges::any_of(measurement.deflections, [](double d) { return std::isinf(d); }))
-        refuse("a deflection is infinite");
 }
 
 /// Reads a table with the times and heights of deflection.csv.
@@ -185,7 +150,6 @@ Measurement read_measurement(const fs::path& folder) {
 }
 
 void write_measurement(const fs::path& folder, const Measurement& measurement) {
-    check(folder, measurement);
     core::create_folder(folder);
     core::write_text(folder / stem_file_name, stem_file_text(measurement));
     core::write_text(folder / deflection_file_name, deflection_file_text(measurement));

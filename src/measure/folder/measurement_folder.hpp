@@ -21,9 +21,9 @@ inline constexpr const char* uncertainty_file_name = "uncertainty.csv";
 /// spreadsheet.
 [[nodiscard]] Measurement read_measurement(const std::filesystem::path& folder);
 
-/// Writes the files and creates the folder; reading them gives the same numbers bit for bit. Throws
-/// core::InputError if the reader would not accept the measurement, core::StorageError if a file
-/// cannot be written.
+/// Writes the files of a measurement without sensors and creates the folder; reading them gives the
+/// same numbers bit for bit. Throws core::InputError if the reader refuses the files, which remain,
+/// core::StorageError if a file cannot be written.
 void write_measurement(const std::filesystem::path& folder, const Measurement& measurement);
 
 /// The measurement folders that a path names: the path itself if it contains deflection.csv, else

@@ -108,13 +108,10 @@ Sensor read_sensor(const core::TomlTable& table, Measurement& measurement) {
     sensor.offset_uncertainty = in_si(table.number("offset_uncertainty", {0.0, 1e12}));
     sensor.drift_uncertainty = in_si(table.number("drift_uncertainty_per_s", {0.0, 1e12}));
     MeasuredStem& stem = measurement.stem;
-    if (table.has("mass_g") || table.has("mass_kg")) {
-        AddedMass mass = read_added_mass(table, stem);
-        mass.sensor = sensor.column;
-        stem.added_masses.push_back(mass);
-    } else {
+    if (table.has("mass_g") || table.has("mass_kg"))
+        stem.added_masses.push_back(read_added_mass(table, stem));
+    else
         check_is_on_stem(table, sensor.height, stem);
-    }
     return sensor;
 }
 
@@ -244,30 +241,6 @@ std::string text_line(const std::string& key, const std::string& text) {
     return text.empty() ? "" : key + " = " + quoted(text) + "\n";
 }
 
-std::string mass_text(const AddedMass& mass) {
-    return mass_line(mass) + uncertainty_line("mass_g", mass.mass_uncertainty);
-}
-
-/// With the SI unit, so that readings keep every bit.
-std::string sensor_text(const Sensor& sensor, const MeasuredStem& stem) {
-    std::string text =
-        fmt::format("\n[[sensor]]\ncolumn = {}\nquantity = \"{}\"\nunit = \"{}\"\n",
-                    quoted(sensor.column), to_string(sensor.quantity), si_unit(sensor.quantity)) +
-        line("height_mm", sensor.height);
-    if (sensor.distance_from_axis != 0.0)
-        text += line("distance_from_axis_mm", sensor.distance_from_axis);
-    for (const AddedMass& mass : stem.added_masses)
-        if (mass.sensor == sensor.column)
-            text += mass_text(mass);
-    for (const auto& [key, value] :
-         {std::pair("high_pass_hz", sensor.high_pass), std::pair("low_pass_hz", sensor.low_pass)})
-        text += value > 0.0 ? number_line(key, value) : "";
-    return text + number_line("noise", sensor.noise) +
-           number_line("scale_uncertainty", sensor.scale_uncertainty) +
-           number_line("offset_uncertainty", sensor.offset_uncertainty) +
-           number_line("drift_uncertainty_per_s", sensor.drift_uncertainty);
-}
-
 std::string stem_text(const Measurement& measurement) {
     const MeasuredStem& stem = measurement.stem;
     const StatedUncertainties& stated = measurement.uncertainties;
@@ -294,11 +267,8 @@ std::string stem_text(const Measurement& measurement) {
     text += text_line("specimen", measurement.specimen) + text_line("rig", measurement.rig) +
             section_text(stem.section, stated);
     for (const AddedMass& mass : stem.added_masses)
-        if (mass.sensor.empty())
-            text += "\n[[added_mass]]\n" + line("height_mm", mass.height) + mass_text(mass);
-    for (const Sensor& sensor : measurement.sensors)
-        if (!sensor.is_camera())
-            text += sensor_text(sensor, stem);
+        text += "\n[[added_mass]]\n" + line("height_mm", mass.height) + mass_line(mass) +
+                uncertainty_line("mass_g", mass.mass_uncertainty);
     return text;
 }
 

@@ -96,18 +96,6 @@ std::vector<std::size_t> frames_of_sheet(const Track& track) {
     return chosen;
 }
 
-/// Positions in the source of the frames with these indices in the record.
-std::vector<std::size_t> source_positions(const FrameSource& source, const Track& track,
-                                          const std::vector<std::size_t>& chosen) {
-    const int first = track.settings.first_frame.value_or(source.numbers().front());
-    const auto begin =
-        std::size_t(std::ranges::lower_bound(source.numbers(), first) - source.numbers().begin());
-    std::vector<std::size_t> positions;
-    for (const std::size_t k : chosen)
-        positions.push_back(begin + k);
-    return positions;
-}
-
 } // namespace
 
 void write_contact_sheet(const std::filesystem::path& file, const Track& track) {
@@ -119,18 +107,19 @@ void write_contact_sheet(const std::filesystem::path& file, const Track& track) 
     std::vector<std::size_t> unique = chosen;
     // With a short record some frames are repeated; each is read once.
     unique.erase(std::unique(unique.begin(), unique.end()), unique.end());
-    source->for_each(
-        source_positions(*source, track, unique), 1, [&](std::size_t i, const FrameImage& frame) {
-            cv::Mat tile = paint_frame(frame, unique[i], track, enlargement);
-            const double time =
-                (track.rows.times[unique[i]] - track.window.release.time) / track.frames_per_second;
-            write_text(tile,
-                       fmt::format("{}  {:.2f} ms", track.rows.numbers[unique[i]], time * 1e3),
-                       {6, 14});
-            for (std::size_t k = 0; k < chosen.size(); ++k)
-                if (chosen[k] == unique[i])
-                    tiles[k] = tile;
-        });
+    std::vector<std::size_t> indices;
+    for (const std::size_t k : unique)
+        indices.push_back(track.source_indices[k]);
+    source->for_each(indices, 1, [&](std::size_t i, const FrameImage& frame) {
+        cv::Mat tile = paint_frame(frame, unique[i], track, enlargement);
+        const double time =
+            (track.rows.times[unique[i]] - track.window.release.time) / track.frames_per_second;
+        write_text(tile, fmt::format("{}  {:.2f} ms", track.rows.numbers[unique[i]], time * 1e3),
+                   {6, 14});
+        for (std::size_t k = 0; k < chosen.size(); ++k)
+            if (chosen[k] == unique[i])
+                tiles[k] = tile;
+    });
     const cv::Size tile = tiles.front().size();
     cv::Mat sheet(rows * tile.height, columns * tile.width, CV_8UC3);
     for (int k = 0; k < columns * rows; ++k)

@@ -30,10 +30,8 @@ struct UsedRow {
 
 class RowMatcher {
   public:
-    RowMatcher(Track& track, const FrameSource& source, const std::vector<std::size_t>& wanted,
-               int threads)
-        : track_(track), source_(source), wanted_(wanted), threads_(threads),
-          used_(used_rows(track)),
+    RowMatcher(Track& track, const FrameSource& source, int threads)
+        : track_(track), source_(source), threads_(threads), used_(used_rows(track)),
           held_(track.window.held_frames > 1 ? track.window.last_held + 1 : 0) {}
 
     std::optional<double> run() {
@@ -53,9 +51,9 @@ class RowMatcher {
             exposure_ = *seen;
         const AxisRecord first = track_.rows; // speeds are those of the first pass in all frames
         speeds_of_ = &first;
-        source_.for_each(wanted_, threads_, [&](std::size_t i, const FrameImage& frame) {
-            match(i, used_rows_of(frame));
-        });
+        source_.for_each(
+            track_.source_indices, threads_,
+            [&](std::size_t i, const FrameImage& frame) { match(i, used_rows_of(frame)); });
         return seen;
     }
 
@@ -95,9 +93,9 @@ class RowMatcher {
     [[nodiscard]] std::vector<std::vector<float>> mean_ground() const {
         constexpr std::size_t frames_for_ground = 600;
         constexpr std::size_t at_once = 16;
-        const std::size_t step = wanted_.size() / frames_for_ground + 1;
+        const std::size_t step = track_.rows.numbers.size() / frames_for_ground + 1;
         std::vector<std::size_t> frames;
-        for (std::size_t frame = 0; frame < wanted_.size(); frame += step)
+        for (std::size_t frame = 0; frame < track_.rows.numbers.size(); frame += step)
             frames.push_back(frame);
         std::vector<GroundRow> ground(used_.size());
         for (std::size_t begin = 0; begin < frames.size(); begin += at_once) {
@@ -162,7 +160,7 @@ class RowMatcher {
         std::vector<std::size_t> indices;
         indices.reserve(frames.size());
         for (const std::size_t frame : frames)
-            indices.push_back(wanted_[frame]);
+            indices.push_back(track_.source_indices[frame]);
         std::vector<BandImage> rows(frames.size());
         source_.for_each(indices, threads_, [&](std::size_t i, const FrameImage& frame) {
             rows[i] = used_rows_of(frame);
@@ -226,7 +224,7 @@ class RowMatcher {
     /// Motion in the frames in which more than half of the used rows are seen, sorted by speed.
     [[nodiscard]] std::vector<FrameMotion> motions() const {
         std::vector<FrameMotion> frames;
-        for (std::size_t frame = 0; frame < wanted_.size(); ++frame) {
+        for (std::size_t frame = 0; frame < track_.rows.numbers.size(); ++frame) {
             FrameMotion of{0.0, 0.0, frame};
             double seen = 0.0;
             for (const UsedRow& used : used_)
@@ -255,7 +253,7 @@ class RowMatcher {
     /// The slowest frames, but few at one location: the profile must be sampled between the pixels,
     /// or swings smaller than a pixel are read 5 % too large.
     [[nodiscard]] std::vector<std::size_t> slow_frames() const {
-        const std::size_t count = std::clamp<std::size_t>(wanted_.size() / 6, 12, 60);
+        const std::size_t count = std::clamp<std::size_t>(track_.rows.numbers.size() / 6, 12, 60);
         constexpr double places_a_pixel = 8.0;
         std::map<long, std::size_t> taken;
         std::vector<std::size_t> chosen;
@@ -332,7 +330,6 @@ class RowMatcher {
 
     Track& track_;
     const FrameSource& source_;
-    const std::vector<std::size_t>& wanted_;
     int threads_;
     std::vector<UsedRow> used_;
     std::size_t held_;                       ///< frames before the release; 0: it was not seen
@@ -344,9 +341,8 @@ class RowMatcher {
 
 } // namespace
 
-std::optional<double> match_rows(Track& track, const FrameSource& source,
-                                 const std::vector<std::size_t>& wanted, int threads) {
-    return RowMatcher(track, source, wanted, threads).run();
+std::optional<double> match_rows(Track& track, const FrameSource& source, int threads) {
+    return RowMatcher(track, source, threads).run();
 }
 
 } // namespace culm::measure

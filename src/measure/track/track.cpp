@@ -241,9 +241,9 @@ void set_heights(Track& track, const std::vector<double>& heights) {
         at_heights(track.rows, track.survey.clamp_row, heights, track.settings.rows_per_height);
 }
 
-std::vector<bool> track_rows(Track& track, const FrameSource& source,
-                             std::span<const std::size_t> wanted, int threads) {
+std::vector<bool> track_rows(Track& track, const FrameSource& source, int threads) {
     const StemSurvey& survey = track.survey;
+    const std::vector<std::size_t>& wanted = track.source_indices;
     const std::size_t row_count = survey.trace.threshold_by_row.size();
     track.rows.places.resize(row_count);
     std::iota(track.rows.places.begin(), track.rows.places.end(), 0.0);
@@ -277,19 +277,19 @@ Track track_video(const TrackSettings& settings, int threads) {
     track.source = source->name();
     for (const std::string& remark : source->remarks())
         track.remarks.push_back(remark);
-    const std::vector<std::size_t> wanted = wanted_frames(*source, settings);
-    FrameClock clock = frame_clock(*source, wanted, settings, track.remarks);
+    track.source_indices = wanted_frames(*source, settings);
+    FrameClock clock = frame_clock(*source, track.source_indices, settings, track.remarks);
     track.frames_per_second = clock.frames_per_second;
     track.rate_source = clock.rate_source;
-    track.survey = survey_stem(*source, wanted, settings, threads);
+    track.survey = survey_stem(*source, track.source_indices, settings, threads);
     track.rows.numbers = std::move(clock.numbers);
     track.rows.times = std::move(clock.times);
-    const std::vector<bool> repeats = track_rows(track, *source, wanted, threads);
+    const std::vector<bool> repeats = track_rows(track, *source, threads);
     set_heights(track, heights_in_pixels(track));
     drop_unseen_heights(track);
     // The second pass needs the time of the release, which the first one determines.
     track.window = find_ring_down(track.heights, window_options(track));
-    state_exposure(track, match_rows(track, *source, wanted, threads));
+    state_exposure(track, match_rows(track, *source, threads));
     set_heights(track, track.heights.places);
     track.window = find_ring_down(track.heights, window_options(track));
     drop_repeated_frames(track, repeats);

@@ -157,7 +157,8 @@ struct Track {
     TrackSettings settings;
     std::string source;
     double frames_per_second = 0.0;
-    std::string rate_source; ///< FrameClock::rate_source
+    std::string rate_source;                 ///< FrameClock::rate_source
+    std::vector<std::size_t> source_indices; ///< of the frames of `rows`, into the source
     StemSurvey survey;
     AxisRecord rows;    ///< every row of the upright picture, every frame
     AxisRecord heights; ///< at the measurement's heights, in pixels above the clamp
@@ -181,10 +182,9 @@ struct TrackTolerances {
     static constexpr double stiffest = 1e11;
 };
 
-/// Traces all rows in the `wanted` frames (indices into the source), whose numbers are in
-/// `track.rows`, as `track.survey` says. Returns which frames repeat the previous one.
-std::vector<bool> track_rows(Track& track, const FrameSource& source,
-                             std::span<const std::size_t> wanted, int threads);
+/// Traces all rows in the frames of `track`, whose numbers are in `track.rows`, as `track.survey`
+/// says. Returns which frames repeat the previous one.
+std::vector<bool> track_rows(Track& track, const FrameSource& source, int threads);
 
 /// Sets the columns of `track` at these heights, pixels above the clamp, from those of its rows.
 void set_heights(Track& track, const std::vector<double>& heights);
@@ -199,8 +199,7 @@ void set_heights(Track& track, const std::vector<double>& heights);
 /// their uncertainties. Profiles are those of the frames in which the stem is slowest, one for the
 /// rows of each height. The exposure is that of the settings; otherwise it is determined from the
 /// fastest frames and returned, in frames, if they show one.
-std::optional<double> match_rows(Track& track, const FrameSource& source,
-                                 const std::vector<std::size_t>& wanted, int threads);
+std::optional<double> match_rows(Track& track, const FrameSource& source, int threads);
 
 /// Tracks the recording of the settings; the threads share its frames. The result does not depend
 /// on the number of threads. Throws core::InputError with the reason if the recording gives no

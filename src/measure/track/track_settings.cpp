@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 
 #include <fmt/format.h>
 
@@ -101,6 +102,9 @@ void read_frames(const core::TomlTable& video, TrackSettings& settings) {
 void read_output(const core::TomlTable& video, TrackSettings& settings) {
     for (const double height : video.numbers("heights_mm", {0.0, 1e5, true}))
         settings.heights.push_back(core::with_point_moved(height, -3));
+    if (std::ranges::adjacent_find(settings.heights, std::greater_equal{}) !=
+        settings.heights.end())
+        video.fault("heights_mm", "does not ascend");
     if (settings.heights.size() > most_heights)
         video.fault("heights_mm", fmt::format("{} heights; at most {} are allowed",
                                               settings.heights.size(), most_heights));
@@ -151,6 +155,9 @@ TrackSettings read_track_settings(const std::filesystem::path& file) {
     if (settings.description.reading == Reading::Material)
         root.table("measurement")
             .fault("reading", "a tracked video is read in rows: write \"row\" or nothing");
+    for (const core::TomlTable& sensor : root.tables("sensor"))
+        sensor.fault("column", "a video has only rows of the picture: describe a sensor in the "
+                               "stem.toml of its own measurement, its mass here as [[added_mass]]");
     document.finish();
     return settings;
 }

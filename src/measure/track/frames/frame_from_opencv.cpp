@@ -3,35 +3,19 @@
 
 #include "core/error.hpp"
 
-#include <algorithm>
-#include <array>
+#include <vector>
 
 #include <fmt/core.h>
 
 namespace culm::measure {
 
-BandImage upright_band(const FrameImage& frame, Band band, Up up) {
-    const int plane = frame.bands == 1 ? 0 : static_cast<int>(band);
-    if (!is_sideways(up)) {
-        BandImage image(frame.width, frame.height);
-        for (int r = 0; r < frame.height; ++r) {
-            const int source = up == Up::DecreasingRow ? r : frame.height - 1 - r;
-            std::copy_n(frame.row(plane, source), frame.width, image.row(r));
-        }
-        return image;
-    }
-    BandImage image(frame.height, frame.width);
-    for (int r = 0; r < frame.height; ++r) {
-        const float* source = frame.row(plane, r);
-        for (int c = 0; c < frame.width; ++c) {
-            const int target = up == Up::DecreasingColumn ? c : frame.width - 1 - c;
-            image.row(target)[r] = source[c];
-        }
-    }
-    return image;
-}
-
 namespace {
+
+/// A band as a matrix that shares the frame's pixels.
+cv::Mat plane_of(const FrameImage& frame, int band) {
+    // OpenCV has no matrix of constant pixels.
+    return {frame.height, frame.width, CV_32F, const_cast<float*>(frame.row(band, 0))};
+}
 
 PixelPoint transposed(PixelPoint point, Up up) {
     return is_sideways(up) ? PixelPoint{point.row, point.column} : point;
@@ -47,6 +31,20 @@ PixelPoint reversed(PixelPoint frame, int frame_width, int frame_height, Up up) 
 }
 
 } // namespace
+
+BandImage upright_band(const FrameImage& frame, Band band, Up up) {
+    const cv::Mat plane = plane_of(frame, frame.bands == 1 ? 0 : static_cast<int>(band));
+    BandImage image = is_sideways(up) ? BandImage(frame.height, frame.width)
+                                      : BandImage(frame.width, frame.height);
+    cv::Mat upright(image.height, image.width, CV_32F, image.values.data());
+    if (is_sideways(up))
+        cv::transpose(plane, upright);
+    else
+        plane.copyTo(upright);
+    if (up == Up::IncreasingRow || up == Up::IncreasingColumn)
+        cv::flip(upright, upright, 0);
+    return image;
+}
 
 PixelPoint in_frame(PixelPoint upright, int frame_width, int frame_height, Up up) {
     return reversed(transposed(upright, up), frame_width, frame_height, up);
@@ -82,11 +80,9 @@ FrameImage frame_from(const cv::Mat& picture, const std::string& name) {
     frame.width = scaled.cols;
     frame.height = scaled.rows;
     frame.bands = channels <= 2 ? 1 : 3;
-    const std::size_t area = std::size_t(frame.width) * std::size_t(frame.height);
-    frame.values.resize(area * std::size_t(frame.bands));
+    frame.values.resize(scaled.total() * std::size_t(frame.bands));
     for (int band = 0; band < frame.bands; ++band) {
-        cv::Mat plane(frame.height, frame.width, CV_32F,
-                      frame.values.data() + std::size_t(band) * area);
+        cv::Mat plane = plane_of(frame, band);
         // OpenCV orders colours blue, green, red.
         cv::extractChannel(scaled, plane, frame.bands == 1 ? 0 : 2 - band);
     }
@@ -94,16 +90,12 @@ FrameImage frame_from(const cv::Mat& picture, const std::string& name) {
 }
 
 cv::Mat picture_from(const FrameImage& frame) {
-    cv::Mat picture(frame.height, frame.width, CV_8UC3);
-    for (int r = 0; r < frame.height; ++r) {
-        std::array<const float*, 3> rows{};
-        for (int band = 0; band < 3; ++band)
-            rows.at(std::size_t(band)) = frame.row(frame.bands == 1 ? 0 : band, r);
-        for (int c = 0; c < frame.width; ++c)
-            picture.at<cv::Vec3b>(r, c) = {cv::saturate_cast<uchar>(rows[2][c]),
-                                           cv::saturate_cast<uchar>(rows[1][c]),
-                                           cv::saturate_cast<uchar>(rows[0][c])};
-    }
+    std::vector<cv::Mat> planes;
+    for (const int band : {2, 1, 0}) // OpenCV orders colours blue, green, red
+        planes.push_back(plane_of(frame, frame.bands == 1 ? 0 : band));
+    cv::Mat picture;
+    cv::merge(planes, picture);
+    picture.convertTo(picture, CV_8U);
     return picture;
 }
 

@@ -10,7 +10,6 @@
 #include <charconv>
 #include <cmath>
 #include <fstream>
-#include <initializer_list>
 #include <map>
 #include <string_view>
 
@@ -44,38 +43,33 @@ std::string_view element(std::string_view xml, const std::string& name) {
     return end == std::string_view::npos ? std::string_view{} : xml.substr(content, end - content);
 }
 
-/// Text of the first of the elements that is there.
-std::string_view first_element(std::string_view xml, std::initializer_list<const char*> names) {
-    for (const char* name : names)
-        if (const std::string_view found = element(xml, name); !trimmed(found).empty())
-            return found;
-    return {};
-}
-
-/// The XML header of newer cameras, under the names that the older one uses.
+/// The XML header of newer cameras, under the names that the older one uses. Of several elements
+/// for a name the first that has a text is used.
 Entries entries_of_cihx(const std::string& text) {
-    const std::string_view root = element(text, "cih");
-    const std::string_view pixels = element(root, "imageDataInfo");
-    const std::string_view resolution = element(pixels, "resolution");
-    const std::string_view effective = element(pixels, "effectiveBit");
-    const std::string_view colour = element(pixels, "colorInfo");
-    const std::string_view frames = element(root, "frameInfo");
+    static const std::vector<std::pair<const char*, std::vector<const char*>>> paths{
+        {"Record Rate(fps)", {"recordInfo", "recordRate"}},
+        {"Total Frame", {"frameInfo", "totalFrame"}},
+        {"Recorded Frame", {"frameInfo", "recordedFrame"}},
+        {"Save Step", {"frameInfo", "skipFrame"}},
+        {"Save Step", {"frameInfo", "saveStep"}},
+        {"Save Step", {"frameInfo", "saveSkip"}},
+        {"Save Step", {"frameInfo", "frameStep"}},
+        {"Image Width", {"imageDataInfo", "resolution", "width"}},
+        {"Image Height", {"imageDataInfo", "resolution", "height"}},
+        {"EffectiveBit Depth", {"imageDataInfo", "effectiveBit", "depth"}},
+        {"EffectiveBit Side", {"imageDataInfo", "effectiveBit", "side"}},
+        {"Color Bit", {"imageDataInfo", "colorInfo", "bit"}},
+        {"Color Type", {"imageDataInfo", "colorInfo", "type"}},
+        {"File Format", {"imageFileInfo", "fileFormat"}},
+    };
     Entries entries;
-    const auto add = [&entries](const char* name, std::string_view value) {
+    for (const auto& [name, path] : paths) {
+        std::string_view value = element(text, "cih");
+        for (const char* part : path)
+            value = element(value, part);
         if (!trimmed(value).empty())
             entries.emplace(name, trimmed(value));
-    };
-    add("Record Rate(fps)", element(element(root, "recordInfo"), "recordRate"));
-    add("Total Frame", element(frames, "totalFrame"));
-    add("Recorded Frame", element(frames, "recordedFrame"));
-    add("Save Step", first_element(frames, {"skipFrame", "saveStep", "saveSkip", "frameStep"}));
-    add("Image Width", element(resolution, "width"));
-    add("Image Height", element(resolution, "height"));
-    add("EffectiveBit Depth", element(effective, "depth"));
-    add("EffectiveBit Side", element(effective, "side"));
-    add("Color Bit", element(colour, "bit"));
-    add("Color Type", element(colour, "type"));
-    add("File Format", element(element(root, "imageFileInfo"), "fileFormat"));
+    }
     return entries;
 }
 

@@ -51,10 +51,11 @@ Track traced(const FrameSource& source, std::span<const std::size_t> frames,
     track.source = source.name();
     track.settings = settings_of(source, width);
     track.survey = survey;
+    track.source_indices.assign(frames.begin(), frames.end());
     for (const std::size_t index : frames)
         track.rows.numbers.push_back(source.numbers()[index]);
     track.rows.times.assign(track.rows.numbers.begin(), track.rows.numbers.end());
-    track_rows(track, source, frames, threads);
+    track_rows(track, source, threads);
     return track;
 }
 
