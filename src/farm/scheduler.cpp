@@ -18,13 +18,10 @@ Scheduler::Scheduler(std::span<const double> costs, int ranks, double chunk_seco
     if (ranks < 1)
         throw FarmError(fmt::format("a scheduler for {} ranks: there must be at least one", ranks));
     held_.resize(static_cast<std::size_t>(ranks));
-    // If all costs are zero, all batches count the same.
-    const bool is_costless =
-        std::all_of(costs.begin(), costs.end(), [](double c) { return c == 0.0; });
     cost_before_.reserve(costs.size() + 1);
     cost_before_.push_back(0.0);
     for (const double cost : costs)
-        cost_before_.push_back(cost_before_.back() + (is_costless ? 1.0 : cost));
+        cost_before_.push_back(cost_before_.back() + cost);
 }
 
 void Scheduler::deal() {

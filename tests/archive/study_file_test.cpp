@@ -223,23 +223,6 @@ TEST_F(Study, RefusesRecordsThatDoNotFit) {
     EXPECT_FALSE(std::filesystem::exists(path_.string() + ".tmp"));
 }
 
-TEST_F(Study, RefusesADescriptionThatCannotBeStored) {
-    const auto attempt = [this](auto change) {
-        StudyDescription description = example::description();
-        change(description);
-        return message<core::InputError>([&] { write(description); });
-    };
-    EXPECT_THAT(attempt([](auto& d) { d.factors[1].name = "a/b"; }),
-                testing::HasSubstr("design column \"a/b\""));
-    EXPECT_THAT(
-        attempt([](auto& d) { d.results[1].name = "status"; }),
-        testing::HasSubstr("results column \"status\": the name is used twice or reserved"));
-    EXPECT_THAT(attempt([](auto& d) { d.times.clear(); }),
-                testing::HasSubstr("there are no sample times"));
-    EXPECT_THAT(attempt([](auto& d) { d.points = 7; }),
-                testing::HasSubstr("the design has 12 values; 7 points and 2 factors"));
-}
-
 TEST_F(Study, KeepsTheOldFileUntilTheNewOneIsWhole) {
     write();
     const std::string before = read_bytes(path_);

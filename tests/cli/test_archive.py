@@ -148,10 +148,10 @@ class OlderFormats(ArchiveTest):
             self.assertEqual([float(row[column] or "nan") for row in expected],
                              list(table[name]), name)
         self.assert_exit(self.culm("reduce", folder, "--keep"), DONE)
-        # No point is missing.
+        # The identity of a study had keys of settings that studies could choose then.
         resumed = self.culm("run", "study.toml", "-o", folder, "--resume")
-        self.assert_exit(resumed, DONE)
-        self.assertNotIn("points/s", resumed.stderr)
+        self.assert_exit(resumed, BAD_INPUT)
+        self.assertIn("law.damping_factor: stored 2, not in the study now", resumed.stderr)
 
     @unittest.skipUnless(HAS_H5PY, "h5py is missing")
     def test_archive_of_a_newer_version_is_refused_with_what_to_do(self):

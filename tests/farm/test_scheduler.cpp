@@ -83,12 +83,6 @@ TEST(Scheduler, HandsOutEveryBatchExactlyOnce) {
             }
 }
 
-TEST(Scheduler, HandsOutEveryBatchExactlyOnceWhenAllCostsAreZero) {
-    PaperFarm farm{std::vector<double>(1000, 0.0), 3, 0.01, 1e-6};
-    const std::vector<int> times = farm.play();
-    EXPECT_EQ(std::count(times.begin(), times.end(), 1), 1000);
-}
-
 TEST(Scheduler, HandsOutInTheOrderOfThePlan) {
     Scheduler scheduler(falling_costs(10), 1, one_by_one);
     for (std::int64_t place = 0; place < 10; ++place) {

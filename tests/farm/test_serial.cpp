@@ -34,6 +34,19 @@ TEST(SerialFarm, ComputesTheLongestFirstAndSumsTheReports) {
     EXPECT_EQ(summary.ranks, 1);
 }
 
+TEST(SerialFarm, ComputesEveryBatchOnceWhenAllCostsAreZero) {
+    std::vector<Batch> batches;
+    for (std::int64_t point = 0; point < 1000; ++point)
+        batches.push_back({{point}, 0.0});
+    std::vector<int> times(batches.size());
+    const Summary summary = Farm().map(batches, [&](const Batch& batch, Heartbeat&) {
+        ++times[static_cast<std::size_t>(batch.points.front())];
+        return BatchReport{1, 0, 0.0};
+    });
+    EXPECT_EQ(times, std::vector<int>(1000, 1));
+    EXPECT_EQ(summary.points_completed, 1000);
+}
+
 TEST(SerialFarm, ComputesNothingAfterADeadline) {
     FarmOptions options;
     options.deadline = Clock::now();

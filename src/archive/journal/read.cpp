@@ -18,31 +18,22 @@ namespace culm::archive {
 
 namespace {
 
-/// Cuts the first line off the text and returns it.
-std::string_view take_line(std::string_view& text) {
-    const std::size_t end = text.find('\n');
-    const std::string_view line = text.substr(0, end);
-    text = end == std::string_view::npos ? std::string_view() : text.substr(end + 1);
-    return line;
-}
-
 /// InputError unless the identity text (the canonical configuration) stored in the file named
 /// `where` equals that of the current study. The message shows the first line that differs.
 void require_same_study(std::string_view stored, std::string_view current,
                         const std::string& where) {
     if (stored == current)
         return;
-    for (int line = 1; !stored.empty() || !current.empty(); ++line) {
-        const std::string_view there = take_line(stored);
-        const std::string_view here = take_line(current);
-        if (there != here)
-            throw core::InputError(fmt::format(
-                "{} belongs to another study: line {} of the configuration is \"{}\" there and "
-                "\"{}\" here; use another output folder, or the unchanged study to resume",
-                where, line, there, here));
-    }
+    const auto equal_end = std::ranges::mismatch(stored, current).in1;
+    const std::string_view equal(stored.begin(), equal_end);
+    const std::size_t line_begin = equal.rfind('\n') + 1; // npos + 1 is 0
+    const auto line_of = [line_begin](std::string_view text) {
+        return text.substr(line_begin, text.find('\n', line_begin) - line_begin);
+    };
     throw core::InputError(fmt::format(
-        "{} belongs to another study: the configurations differ in their last line break", where));
+        "{} belongs to another study: line {} of the configuration is \"{}\" there and \"{}\" "
+        "here; use another output folder, or the unchanged study to resume",
+        where, 1 + std::ranges::count(equal, '\n'), line_of(stored), line_of(current)));
 }
 
 constexpr std::size_t block_size = std::size_t{1} << 20U;

@@ -10,7 +10,6 @@
 #include <array>
 #include <limits>
 #include <map>
-#include <set>
 #include <string>
 #include <string_view>
 #include <system_error>
@@ -406,62 +405,11 @@ void write_points(const Hdf5Output& output, const StudyDescription& description,
     results.finish();
 }
 
-void validate_names(std::span<const Column> columns, const std::string& table,
-                    std::set<std::string, std::less<>> taken) {
-    for (const Column& column : columns) {
-        // The rules of HDF5: '/' separates groups and "." is the group itself.
-        if (column.name.empty() || column.name == "." ||
-            column.name.find('/') != std::string::npos ||
-            column.name.find('\0') != std::string::npos)
-            throw core::InputError(
-                fmt::format("{} column \"{}\": a name must not be empty, \".\", or contain '/'",
-                            table, column.name));
-        if (!taken.insert(column.name).second)
-            throw core::InputError(fmt::format(
-                "{} column \"{}\": the name is used twice or reserved", table, column.name));
-    }
-}
-
-void require(bool condition, std::string_view text) {
-    if (!condition)
-        throw core::InputError(fmt::format("study description: {}", text));
-}
-
-/// InputError if a column, a name or a number in the description cannot be stored; the message
-/// names it and the allowed values.
-void validate(const StudyDescription& description) {
-    validate_names(description.factors, "design", {"point"});
-    validate_names(description.results, "results", {"status", "failure_kind", "failure_reason"});
-    std::vector<Column> texts;
-    for (const auto& [name, text] : description.provenance)
-        texts.push_back({name, {}, {}});
-    validate_names(texts, "provenance", {"identity", "entries"});
-
-    const StoredHistories& stored = description.stored;
-    require(description.points > 0,
-            fmt::format("{} points; at least 1 is needed", description.points));
-    require(!(stored.tip || stored.heights || stored.positions) || !description.times.empty(),
-            "histories are stored, but there are no sample times");
-    require(!stored.heights || !description.heights.empty(),
-            "height histories are stored, but there are no heights");
-    require(!stored.positions || description.spheres > 0,
-            "positions are stored, but the number of spheres is not positive");
-    require(description.trajectory_compression >= 0 && description.trajectory_compression <= 9,
-            fmt::format("trajectory compression {}; allowed are 0 to 9",
-                        description.trajectory_compression));
-}
-
 } // namespace
 
 void write_study_file(const std::filesystem::path& path, const StudyDescription& description,
                       std::span<const double> design, const RecordSource& record_of_point,
                       const ClosingEntries& closing_entries) {
-    validate(description);
-    if (design.size() != static_cast<std::size_t>(description.points) * description.factors.size())
-        throw core::InputError(
-            fmt::format("study description: the design has {} values; {} points and {} factors "
-                        "need one for each pair",
-                        design.size(), description.points, description.factors.size()));
     const Hdf5Silence silence;
     Hdf5Output output(temporary_path(path));
     TemporaryFile temporary(path); // after the output has locked it: not another process's file

@@ -27,8 +27,7 @@ using ClosingEntries = std::function<std::vector<std::pair<std::string, std::int
 ///
 /// The file is written as "<path>.tmp", synchronised, and renamed: an older file at `path` is kept
 /// until the new one is complete, and on any error the temporary file is removed.
-/// InputError: the description cannot be stored. StorageError: disk full, I/O error, or a record
-/// whose arrays do not fit the description.
+/// Throws StorageError: disk full, I/O error, or a record whose arrays do not fit the description.
 void write_study_file(const std::filesystem::path& path, const StudyDescription& description,
                       std::span<const double> design, const RecordSource& record_of_point,
                       const ClosingEntries& closing_entries = {});

@@ -95,7 +95,6 @@ struct Key : KeyDescription {
     std::vector<Condition> used;
     std::vector<Condition> needed;
     bool influences_results = true;
-    bool was_added_later = false;
 
     Key& only_if(std::string decided_by, Predicate holds, std::string reason) {
         used.push_back({std::move(decided_by), std::move(holds), std::move(reason)});
@@ -118,12 +117,6 @@ struct Key : KeyDescription {
     /// The key does not change results, so the identity does not contain it.
     Key& without_influence() {
         influences_results = false;
-        return *this;
-    }
-    /// The identity leaves the key out while it has its default, so that studies from the time
-    /// before the key keep theirs.
-    Key& added_later() {
-        was_added_later = true;
         return *this;
     }
     [[nodiscard]] bool is_used(const Options& options) const {
@@ -190,10 +183,8 @@ class KeyTable {
                       std::map<std::string, std::string, std::less<>>& lines) const {
         for (const Key<Options>& row : keys_) {
             std::string value = row.text(options);
-            if (!row.influences_results || value.empty() || !row.is_used(options) ||
-                (row.was_added_later && value == row.text(Options{})))
-                continue;
-            lines[row.full_name()] = std::move(value);
+            if (row.influences_results && !value.empty() && row.is_used(options))
+                lines[row.full_name()] = std::move(value);
         }
     }
 

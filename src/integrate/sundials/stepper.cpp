@@ -6,11 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <functional>
-#include <numeric>
-#include <vector>
 
 #include <fmt/core.h>
+#include <nvector/nvector_serial.h>
 
 namespace culm::integrate::sundials {
 
@@ -40,37 +38,16 @@ int guarded(void* callback_data, F&& callback) {
 
 static_assert(std::is_same_v<Real, double>, "culm needs SUNDIALS with double precision");
 
-std::vector<double>& storage(N_Vector vector) {
-    return *static_cast<std::vector<double>*>(vector->content);
-}
-
-std::span<double> values(N_Vector vector) {
-    return storage(vector);
+double* data(N_Vector vector) {
+    return NV_DATA_S(vector);
 }
 
 std::size_t size_of(N_Vector vector) {
-    return storage(vector).size();
+    return static_cast<std::size_t>(NV_LENGTH_S(vector));
 }
 
-double* data(N_Vector vector) {
-    return storage(vector).data();
-}
-
-N_Vector clone(N_Vector like) {
-    N_Vector vector = N_VNewEmpty(like->sunctx);
-    if (vector == nullptr)
-        return nullptr;
-    N_VCopyOps(like, vector);
-    vector->content = new std::vector<double>(size_of(like), 0.0);
-    return vector;
-}
-
-void destroy(N_Vector vector) {
-    if (vector == nullptr)
-        return;
-    delete static_cast<std::vector<double>*>(vector->content);
-    vector->content = nullptr;
-    N_VFreeEmpty(vector);
+std::span<double> values(N_Vector vector) {
+    return {data(vector), size_of(vector)};
 }
 
 /// z_k = f(x_k, y_k); z may be x or y.
@@ -140,36 +117,6 @@ int linear_combination(int count, Real* c, N_Vector* vectors, N_Vector z) {
     return 0;
 }
 
-double largest_magnitude(N_Vector x) {
-    const auto larger = [](double found, double value) { return std::max(found, std::abs(value)); };
-    return std::accumulate(storage(x).begin(), storage(x).end(), 0.0, larger);
-}
-
-void set_operations(N_Vector_Ops ops) {
-    ops->nvgetvectorid = [](N_Vector) { return SUNDIALS_NVEC_CUSTOM; };
-    ops->nvclone = clone;
-    ops->nvdestroy = destroy;
-    ops->nvgetarraypointer = [](N_Vector x) { return data(x); };
-    ops->nvgetlength = [](N_Vector x) { return static_cast<sunindextype>(size_of(x)); };
-    ops->nvlinearsum = linear_sum;
-    ops->nvconst = [](Real c, N_Vector z) { std::ranges::fill(storage(z), c); };
-    ops->nvprod = [](N_Vector x, N_Vector y, N_Vector z) { map(x, y, z, std::multiplies<>()); };
-    ops->nvdiv = [](N_Vector x, N_Vector y, N_Vector z) { map(x, y, z, std::divides<>()); };
-    ops->nvscale = [](Real c, N_Vector x, N_Vector z) {
-        map(x, z, [c](double p) { return c * p; });
-    };
-    ops->nvabs = [](N_Vector x, N_Vector z) { map(x, z, [](double p) { return std::abs(p); }); };
-    ops->nvinv = [](N_Vector x, N_Vector z) { map(x, z, [](double p) { return 1.0 / p; }); };
-    ops->nvaddconst = [](N_Vector x, Real b, N_Vector z) {
-        map(x, z, [b](double p) { return p + b; });
-    };
-    ops->nvmaxnorm = largest_magnitude;
-    ops->nvwrmsnorm = [](N_Vector x, N_Vector w) {
-        return std::sqrt(sum_of_squares(x, w) / static_cast<double>(size_of(x)));
-    };
-    ops->nvlinearcombination = linear_combination;
-}
-
 /// Callback: the rate of `state`. Positive: try a shorter step; negative: give up.
 int evaluate_rate(double time, N_Vector state, N_Vector rate, void* callback_data) {
     return guarded(callback_data, [&](CallbackData& data) {
@@ -200,14 +147,24 @@ int set_weights(N_Vector, N_Vector weights, void* callback_data) {
     return 0;
 }
 
-/// A vector of `size` zeros. Debian compiles SUNDIALS without optimisation: with its own serial
-/// vectors, four fifths of a run pass in sums of arrays.
+/// A vector of `size` zeros. Debian compiles SUNDIALS without optimisation: with the serial
+/// vectors' own operations, four fifths of a run pass in sums of arrays. Clones get the operations
+/// too.
 Vector make_vector(std::size_t size, SUNContext context) {
-    Vector vector(N_VNewEmpty(context));
+    Vector vector(N_VNew_Serial(static_cast<sunindextype>(size), context));
     if (!vector)
         return vector;
-    vector->content = new std::vector<double>(size, 0.0);
-    set_operations(vector->ops);
+    const N_Vector_Ops ops = vector->ops;
+    ops->nvlinearsum = linear_sum;
+    ops->nvconst = [](Real c, N_Vector z) { std::ranges::fill(values(z), c); };
+    ops->nvscale = [](Real c, N_Vector x, N_Vector z) {
+        map(x, z, [c](double p) { return c * p; });
+    };
+    ops->nvwrmsnorm = [](N_Vector x, N_Vector w) {
+        return std::sqrt(sum_of_squares(x, w) / static_cast<double>(size_of(x)));
+    };
+    ops->nvlinearcombination = linear_combination;
+    N_VConst(0.0, vector.get());
     return vector;
 }
 

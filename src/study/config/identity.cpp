@@ -109,16 +109,6 @@ void add_factors_and_design(const StudyConfig& config, Lines& lines) {
         lines["design.points"] = fmt::format("{}", config.design.points);
 }
 
-/// Settings that have one value each since studies cannot choose them: a study that was begun
-/// before can be continued.
-void add_former_keys(const StudyConfig& config, Lines& lines) {
-    lines["law.damping_factor"] = "2";
-    lines["law.damping_inertia"] = "reduced";
-    if (config.base.integrator.method == run::IntegrationMethod::Sundials)
-        lines["integrator.solver"] = "arkode";
-}
-
-/// Studies without effects keep the identity that they had before effects existed.
 void add_effects(const StudyConfig& config, Lines& lines) {
     // With the law, because a user's formula may change under the same name.
     for (const physics::SelectedEffect& selected : config.effects.selected())
@@ -149,7 +139,6 @@ std::string StudyConfig::identity() const {
     Lines lines;
     for (const auto& table : study_tables())
         table.add_identity(*this, lines);
-    add_former_keys(*this, lines);
     add_parameters(*this, lines);
     add_factors_and_design(*this, lines);
     add_effects(*this, lines);

@@ -94,11 +94,9 @@ Table study_keys() {
     study.key("name", &StudyConfig::name, "how the study is called in reports")
         .otherwise("the file's name")
         .without_influence();
-    study
-        .key("kind", &StudyConfig::kind, kinds,
-             "what is computed at each point: the free vibration, or how large explicit steps may "
-             "be (docs/timestep.md)")
-        .added_later();
+    study.key("kind", &StudyConfig::kind, kinds,
+              "what is computed at each point: the free vibration, or how large explicit steps may "
+              "be (docs/timestep.md)");
     study
         .key("store", path(&StudyConfig::base, &CaseSpec::store), store_levels,
              "what of every trajectory is kept; each word includes the ones before it")
@@ -214,8 +212,7 @@ Table design_keys() {
     design
         .key("scrambling", path(&StudyConfig::design, &DesignOptions::scrambling), scramblings,
              "how a Sobol sequence is made random")
-        .only_if("design.type", is_design<DesignType::Sobol>, "only with type = \"sobol\"")
-        .added_later();
+        .only_if("design.type", is_design<DesignType::Sobol>, "only with type = \"sobol\"");
     design
         .key({.name = "point",
               .kind = ValueKind::Tables,
@@ -233,10 +230,8 @@ Table replicate_keys() {
         .key("stems", path(&StudyConfig::design, &DesignOptions::replicates), counts,
              "stems for every design point, each with new draws of the distributions")
         .without_influence(); // as design.replicates it has
-    replicates
-        .key("within", path(&StudyConfig::design, &DesignOptions::tests), counts,
-             "tests of every stem, with new draws of what has level = \"test\" or within_sd")
-        .added_later();
+    replicates.key("within", path(&StudyConfig::design, &DesignOptions::tests), counts,
+                   "tests of every stem, with new draws of what has level = \"test\" or within_sd");
     return replicates;
 }
 
