@@ -14,9 +14,10 @@
 //     template <class Wire>
 //     void fields(Wire& wire, Fit& fit) { wire(fit.name, fit.values); }
 //
-// Numbers and enumerations, std::string, vector, array, optional, pair, map and structs of them
-// travel. Doubles keep every bit. The object of a shared pointer to a constant travels as a copy.
-// Anything else, another pointer above all, does not compile.
+// Numbers and enumerations, std::string, vector, array, optional, pair, map, Eigen's vectors and
+// matrices of doubles and structs of them travel. Doubles keep every bit. The object of a shared
+// pointer to a constant travels as a copy. Anything else, another pointer above all, does not
+// compile.
 #pragma once
 
 #include "core/aggregate.hpp"
@@ -32,6 +33,8 @@
 #include <type_traits>
 #include <utility>
 #include <vector>
+
+#include <Eigen/Core>
 
 namespace culm::core {
 
@@ -88,6 +91,11 @@ class WireWriter {
         else
             for (const auto& value : values)
                 put(static_cast<const T&>(value));
+    }
+    template <int Columns>
+    void put(const Eigen::Matrix<double, Eigen::Dynamic, Columns>& matrix) {
+        (*this)(matrix.rows(), matrix.cols());
+        append(matrix.data(), static_cast<std::size_t>(matrix.size()) * sizeof(double));
     }
     template <class T, std::size_t N>
     void put(const std::array<T, N>& values) {
@@ -168,6 +176,17 @@ class WireReader {
             for (std::size_t k = 0; k < size; ++k)
                 values.push_back(get<T>());
         }
+    }
+    template <int Columns>
+    void get(Eigen::Matrix<double, Eigen::Dynamic, Columns>& matrix) {
+        const auto rows = get<Eigen::Index>();
+        const auto columns = get<Eigen::Index>();
+        const std::size_t most = (bytes_.size() - position_) / sizeof(double);
+        if (rows < 0 || columns < 0 || (Columns != Eigen::Dynamic && columns != Columns) ||
+            (columns > 0 && rows > static_cast<Eigen::Index>(most) / columns))
+            throw_too_short();
+        matrix.resize(rows, columns);
+        extract(matrix.data(), static_cast<std::size_t>(matrix.size()) * sizeof(double));
     }
     template <class T, std::size_t N>
     void get(std::array<T, N>& values) {

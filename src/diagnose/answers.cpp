@@ -51,7 +51,7 @@ void add_shared_uncertainty(const StemFit& stem, const SearchResult& search, con
     const Eigen::MatrixXd own = covariance(places, places);
     for (std::size_t k = 0; k < stem.fit.parameters.size(); ++k) {
         const Eigen::VectorXd by =
-            block.follow_matrix().row(static_cast<Eigen::Index>(k))(effects).transpose();
+            block.follow.row(static_cast<Eigen::Index>(k))(effects).transpose();
         const double added = std::sqrt(by.dot(own * by));
         const physics::ParameterId& id = stem.fit.parameters[k].id;
         if (id == physics::bond_youngs_modulus)

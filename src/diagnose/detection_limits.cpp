@@ -48,7 +48,7 @@ std::vector<SeenColumn> columns_of(const EffectView& view, std::size_t candidate
     Eigen::Index place = view.first_column(candidate, 0);
     for (const EffectNode& node : of.nodes)
         for (const EffectColumn& column : node.columns) {
-            columns.push_back({&node, &column, place, std::sqrt(view.gram_matrix()(place, place))});
+            columns.push_back({&node, &column, place, std::sqrt(view.gram(place, place))});
             ++place;
         }
     return columns;
@@ -151,7 +151,7 @@ DetectionLimit limit_of(const SearchResult& search, const fit::StemModel& best, 
         return limit;
     const double secant = signature.column->secant;
     const double share = secant == 0.0 ? 0.0 : size / secant;
-    const Eigen::VectorXd hidden_by = size * view.coefficient_matrix().col(signature.place);
+    const Eigen::VectorXd hidden_by = size * view.coefficients.col(signature.place);
     const fit::Fit& fit = search.best_model().stems[0].fit;
     limit.youngs_modulus_bias = bias(fit, hidden_by, physics::bond_youngs_modulus,
                                      std::pow(signature.node->modulus_ratio, share));

@@ -5,7 +5,7 @@
 #include "diagnose/adequacy.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "fit/start/residual_spectrum.hpp"
-#include "reduce/ring_down/stem_ring_downs.hpp"
+#include "residuals/stem_ring_downs.hpp"
 #include "residuals/swing.hpp"
 
 #include <optional>
@@ -28,8 +28,8 @@ struct Comparison {
     std::vector<fit::ResidualGroup> by_time; ///< thirds
     fit::ResidualSpectrum spectrum;
     residuals::BackbonesOfBoth backbones;
-    reduce::StemRingDowns measured_ring_downs; ///< Eq. 1 at every height: b1 along the stem
-    reduce::StemRingDowns modelled_ring_downs; ///< of the model at the same times and heights
+    residuals::StemRingDowns measured_ring_downs; ///< Eq. 1 at every height: b1 along the stem
+    residuals::StemRingDowns modelled_ring_downs; ///< of the model at the same times and heights
 };
 
 /// `part`: index of the measurement among those of the fit.

@@ -2,8 +2,8 @@
 #include "fit/fit.hpp"
 
 #include "core/error.hpp"
-#include "fit/errors/second_mode.hpp"
 #include "fit/errors/stated_inputs.hpp"
+#include "fit/errors/terms.hpp"
 #include "fit/noise/at_rest.hpp"
 #include "fit/solve/error_solution.hpp"
 #include "physics/effects/library.hpp"
@@ -144,8 +144,8 @@ void add_part_parameters(RecordingFit& fit) {
         if (k < fit.model.parameters.size()) {
             const FreeParameter& described = fit.model.parameters[k];
             // A value that is known may lie at a bound.
-            out.is_at_bound =
-                out.is_at_bound && !(described.known_within > 0.0 && is_near(out, described.known));
+            out.is_at_bound = out.is_at_bound && !(described.known_within > 0.0 &&
+                                                   is_near(out, described.default_value));
             out.unit = described.unit;
             out.is_place = described.is_place;
             out.absent = described.absent;
@@ -209,8 +209,7 @@ void add_parameters(const JointLayout& layout, const std::vector<bool>& is_held,
 std::string resonance_of(const RecordingFit& part) {
     constexpr std::size_t modes = 3;
     for (const FreeParameter& parameter : part.model.parameters) {
-        const auto of = physics::parameter_named(part.model.spec.effects, parameter.access.id);
-        if (!of || !of->is_excitation)
+        if (!parameter.is_excitation)
             continue;
         const double frequency = parameter.access.get(part.model.spec);
         for (const integrate::VibrationMode& mode : run::chain_modes(part.model.spec, modes))

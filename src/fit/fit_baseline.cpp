@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "core/error.hpp"
-#include "fit/errors/division.hpp"
-#include "fit/errors/observation.hpp"
-#include "fit/errors/release.hpp"
+#include "fit/errors/terms.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/fit_numbers.hpp"
 #include "fit/noise/at_rest.hpp"

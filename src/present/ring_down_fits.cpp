@@ -18,7 +18,7 @@ using nlohmann::json;
 
 /// If Eq. 1 could not be fitted to a height, its entry contains the reason.
 template <class To>
-void describe_height(To& to, const reduce::HeightRingDown& height, bool has_offset,
+void describe_height(To& to, const residuals::HeightRingDown& height, bool has_offset,
                      bool has_phase) {
     to("height_mm", height.height);
     to.when(!height.fit, [&] { to("failure", height.failure); });
@@ -45,7 +45,7 @@ void describe_height(To& to, const reduce::HeightRingDown& height, bool has_offs
 
 /// Means over the heights.
 template <class To>
-void describe_means(To& to, const reduce::StemRingDowns& stem) {
+void describe_means(To& to, const residuals::StemRingDowns& stem) {
     // With δ the logarithmic decrement, ζ/√(1 − ζ²) = δ/2π and ω₀ = ω_d √(1 + (δ/2π)²).
     const auto decay = [&] { return -stem.decay_per_cycle->value / (2.0 * std::numbers::pi); };
     const auto critical = [&] { return std::hypot(1.0, decay()); };
@@ -64,8 +64,8 @@ void describe_means(To& to, const reduce::StemRingDowns& stem) {
 
 template <class To>
 void describe_measured_stem(To& to, const FitReport& report, std::size_t i) {
-    static const reduce::StemRingDowns no_stem;
-    const reduce::StemRingDowns& stem = report.stems.empty() ? no_stem : report.stems[i];
+    static const residuals::StemRingDowns no_stem;
+    const residuals::StemRingDowns& stem = report.stems.empty() ? no_stem : report.stems[i];
     to("measurement", stem.id);
     to("folder", [&] { return report.folders[i]; });
     to("length_mm", stem.length);
@@ -73,7 +73,7 @@ void describe_measured_stem(To& to, const FitReport& report, std::size_t i) {
     to("largest_deflection_mm", stem.largest_deflection);
     to("has_offset", [&] { return bool(report.has_offset[i]); });
     to("adequate_heights", stem.adequate_heights);
-    to.list("heights", stem.heights, [&](const reduce::HeightRingDown& height) {
+    to.list("heights", stem.heights, [&](const residuals::HeightRingDown& height) {
         const bool has_offset = !report.has_offset.empty() && report.has_offset[i];
         describe_height(to, height, has_offset, report.options.has_phase);
     });
@@ -90,7 +90,7 @@ void describe_measured_stem(To& to, const FitReport& report, std::size_t i) {
 }
 
 template <class To>
-void describe_population(To& to, const reduce::PopulationSummary& population) {
+void describe_population(To& to, const residuals::PopulationSummary& population) {
     // Null if a line has no points.
     const auto line = [&](const char* key, const reduce::LineFit& of) {
         to(key, [&] { return of.count > 0 ? std::optional(of) : std::nullopt; });
@@ -139,12 +139,13 @@ std::string p_text(double p) {
     return p < 1e-4 ? std::string("< 0.0001") : fmt::format("{:.4f}", p);
 }
 
-std::string stem_heights(const reduce::StemRingDowns& stem) {
-    std::string text = fmt::format("{}: Eq. 1 at each height (intervals 95 %)\n{:>8} {:>9} {:>20} "
-                                   "{:>20} {:>22} {:>9}  {}\n",
-                                   stem.id, "h mm", "b0 " + stem.unit.name, "b1 per cycle",
-                                   "b1 1/s", "b2 Hz", "rms " + stem.unit.name, "adequate");
-    for (const reduce::HeightRingDown& height : stem.heights) {
+std::string stem_heights(const residuals::StemRingDowns& stem) {
+    std::string text =
+        fmt::format("{}: Eq. 1 at each height (intervals 95 %)\n{:>8} {:>9} {:>20} "
+                    "{:>20} {:>22} {:>9}  {}\n",
+                    stem.id, "h mm", fmt::format("b0 {}", stem.unit.name), "b1 per cycle", "b1 1/s",
+                    "b2 Hz", fmt::format("rms {}", stem.unit.name), "adequate");
+    for (const residuals::HeightRingDown& height : stem.heights) {
         if (!height.fit) {
             text += fmt::format("{:8.1f} {}: {}\n", 1e3 * height.height, "no fit", height.failure);
             continue;
@@ -173,7 +174,7 @@ std::string stem_lines(const FitReport& report) {
         fmt::format("Eq. 1, means over the heights (intervals 95 %)\n{:<14} {:>18} {:>18} {:>8} "
                     "{:>10} {:>16} {:>8}\n",
                     "stem", "b1 per cycle", "b2 Hz", "tip mm", "adequate", "banding slope", "p");
-    for (const reduce::StemRingDowns& stem : report.stems) {
+    for (const residuals::StemRingDowns& stem : report.stems) {
         if (!stem.frequency) {
             text += fmt::format("{:<14} no height could be fitted: {}\n", stem.id,
                                 stem.heights.empty() ? "" : stem.heights.back().failure);
@@ -199,7 +200,7 @@ std::string sample_line(const char* name, const reduce::SampleSummary& sample, d
                        scale * sample.highest);
 }
 
-std::string population_lines(const reduce::PopulationSummary& population) {
+std::string population_lines(const residuals::PopulationSummary& population) {
     std::string text =
         fmt::format("{} stems (intervals 95 %; lowest … highest)\n", population.stems);
     text += sample_line("b1 per cycle", population.decay_per_cycle, 1.0);
@@ -223,7 +224,7 @@ std::string population_lines(const reduce::PopulationSummary& population) {
 std::string advice(const FitReport& report) {
     std::size_t fitted = 0;
     std::size_t adequate = 0;
-    for (const reduce::StemRingDowns& stem : report.stems) {
+    for (const residuals::StemRingDowns& stem : report.stems) {
         fitted += static_cast<std::size_t>(std::ranges::count_if(
             stem.heights, [](const auto& height) { return bool(height.fit); }));
         adequate += stem.adequate_heights;
@@ -243,7 +244,7 @@ std::string with_interval(const reduce::Estimate& of, double unit = 1.0) {
 }
 
 /// The laws of a mode, as simulators take them. `unit`: of amplitudes.
-std::string law_lines(const reduce::AmplitudeLaws& laws, const reduce::DeflectionUnit& unit) {
+std::string law_lines(const reduce::AmplitudeLaws& laws, const measure::ReadingUnit& unit) {
     const double reference = unit.factor * laws.reference;
     const std::string over = fmt::format("(A/{:.4g} {})", reference, unit.name);
     std::string text = "  damping ratio, 95 %: ζ0 " + with_interval(*laws.linear);
@@ -262,20 +263,20 @@ std::string law_lines(const reduce::AmplitudeLaws& laws, const reduce::Deflectio
 }
 
 /// The backbones of a stem; strains are printed in mm/m.
-std::string backbone_lines(const reduce::StemRingDowns& stem,
+std::string backbone_lines(const residuals::StemRingDowns& stem,
                            const std::vector<reduce::ModeBackbone>& backbones) {
     constexpr std::size_t most_lines = 12;
     if (backbones.empty())
         return stem.id + ": no mode stands out of the readings, so there is no backbone\n";
     std::string text;
     for (const reduce::ModeBackbone& backbone : backbones) {
-        const reduce::DeflectionUnit unit{1e3, backbone.is_strain ? "mm/m" : "mm"};
+        const measure::ReadingUnit unit{1e3, backbone.is_strain ? "mm/m" : "mm"};
         text += fmt::format("{}: backbone of mode {}, A at h = {:.1f} mm (intervals 95 %)\n",
                             stem.id, backbone.mode, 1e3 * backbone.height);
         const std::size_t step = (backbone.points.size() + most_lines - 1) / most_lines;
         if (!backbone.points.empty())
-            text += fmt::format("{:>10} {:>22} {:>22}\n", "A " + unit.name, "frequency Hz",
-                                "damping ratio");
+            text += fmt::format("{:>10} {:>22} {:>22}\n", fmt::format("A {}", unit.name),
+                                "frequency Hz", "damping ratio");
         for (std::size_t k = 0; k < backbone.points.size(); k += std::max<std::size_t>(step, 1)) {
             const reduce::BackbonePoint& point = backbone.points[k];
             text += fmt::format("{:10.4g} {:>22} {:>22}\n", unit.factor * point.amplitude,
@@ -290,14 +291,15 @@ std::string backbone_lines(const reduce::StemRingDowns& stem,
     return text;
 }
 
-std::string mode_lines(const reduce::StemRingDowns& stem,
+std::string mode_lines(const residuals::StemRingDowns& stem,
                        const std::optional<reduce::DampedModesFit>& fit) {
     if (!fit)
         return stem.id + ": no damped modes could be fitted together\n";
-    std::string text = fmt::format("{}: {} at all heights together (intervals 95 %)\n"
-                                   "{:>6} {:>22} {:>22} {:>14}\n",
-                                   stem.id, counted(fit->modes.size(), "damped mode"), "mode",
-                                   "frequency Hz", "damping ratio", "A " + stem.unit.name);
+    std::string text =
+        fmt::format("{}: {} at all heights together (intervals 95 %)\n"
+                    "{:>6} {:>22} {:>22} {:>14}\n",
+                    stem.id, counted(fit->modes.size(), "damped mode"), "mode", "frequency Hz",
+                    "damping ratio", fmt::format("A {}", stem.unit.name));
     for (std::size_t k = 0; k < fit->modes.size(); ++k) {
         const reduce::DampedMode& mode = fit->modes[k];
         double largest = 0.0;
@@ -340,8 +342,8 @@ std::string fit_table(const FitReport& report) {
 std::string fit_csv(const FitReport& report) {
     std::string text = "measurement,height_mm,samples,b0_mm,b1_per_s,b1_per_cycle,"
                        "b1_per_cycle_stderr,b2_hz,b2_hz_stderr,rms_residual_mm,adequate\n";
-    for (const reduce::StemRingDowns& stem : report.stems)
-        for (const reduce::HeightRingDown& height : stem.heights) {
+    for (const residuals::StemRingDowns& stem : report.stems)
+        for (const residuals::HeightRingDown& height : stem.heights) {
             if (!height.fit)
                 continue;
             const reduce::RingDownFit& fit = *height.fit;

@@ -4,7 +4,7 @@
 
 #include "present/provenance.hpp"
 #include "reduce/backbone/backbone.hpp"
-#include "reduce/ring_down/stem_ring_downs.hpp"
+#include "residuals/stem_ring_downs.hpp"
 
 #include <optional>
 #include <string>
@@ -17,13 +17,13 @@ namespace culm::present {
 /// All results of `culm fit`.
 struct FitReport {
     reduce::RingDownOptions options; ///< as requested; the offset may differ by stem
-    std::vector<reduce::StemRingDowns> stems;
+    std::vector<residuals::StemRingDowns> stems;
     std::vector<std::string> folders; ///< of the stems
     std::vector<bool> has_offset;     ///< of the stems
     /// (stems) if they were asked for; empty otherwise.
     std::vector<std::vector<reduce::ModeBackbone>> backbones;
     std::vector<std::optional<reduce::DampedModesFit>> modes;
-    std::optional<reduce::PopulationSummary> population; ///< of two stems or more
+    std::optional<residuals::PopulationSummary> population; ///< of two stems or more
     std::vector<std::string> remarks;
     Provenance provenance;
 };

@@ -43,7 +43,7 @@ template <class To>
 void describe_banding(To& to, const diagnose::Comparison& comparison) {
     const auto& measured = comparison.measured_ring_downs;
     const auto& modelled = comparison.modelled_ring_downs;
-    const auto b1 = [](const reduce::HeightRingDown& height) {
+    const auto b1 = [](const residuals::HeightRingDown& height) {
         return height.fit ? std::optional(height.fit->decay_per_cycle) : std::nullopt;
     };
     const auto heights = [&] { return std::views::iota(std::size_t{0}, measured.heights.size()); };

@@ -51,11 +51,6 @@ double term_value(Term term, double first, double second) {
 /// Least squares of the response on the given terms. Errors as of `regress`.
 LinearRegression regress_on_terms(const PredictorPair& predictors, std::span<const double> response,
                                   std::span<const Term> terms) {
-    if (predictors.first.size() != response.size() || predictors.second.size() != response.size())
-        throw core::NumericalError(
-            core::FailureKind::FitFailed,
-            fmt::format("the predictors have {} and {} values for {} responses",
-                        predictors.first.size(), predictors.second.size(), response.size()));
     Eigen::MatrixXd design(static_cast<Eigen::Index>(response.size()),
                            static_cast<Eigen::Index>(terms.size()));
     std::vector<std::string> names;
@@ -66,14 +61,6 @@ LinearRegression regress_on_terms(const PredictorPair& predictors, std::span<con
                 term_value(terms[j], predictors.first[i], predictors.second[i]);
     }
     return regress(std::move(design), response, names);
-}
-
-void check_significance(double significance) {
-    if (!(significance > 0.0 && significance < 1.0))
-        throw core::NumericalError(
-            core::FailureKind::FitFailed,
-            fmt::format("the significance of the F-tests is {:g}, it must lie between 0 and 1",
-                        significance));
 }
 
 constexpr std::size_t fewest_points = 3;
@@ -96,16 +83,8 @@ struct ResponseTask {
 };
 
 UsablePoints usable_points(const StudyPoints& points) {
-    const std::size_t n = points.bond_youngs_modulus.size();
-    if (points.bond_damping.size() != n || points.decay_per_cycle.size() != n ||
-        points.frequency.size() != n)
-        throw core::NumericalError(
-            core::FailureKind::FitFailed,
-            fmt::format("the study has {} moduli, {} dampings, {} decays and {} frequencies", n,
-                        points.bond_damping.size(), points.decay_per_cycle.size(),
-                        points.frequency.size()));
     UsablePoints usable;
-    for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t i = 0; i < points.bond_youngs_modulus.size(); ++i) {
         const double modulus = points.bond_youngs_modulus[i];
         if (!std::isfinite(modulus) || modulus <= 0.0 || !std::isfinite(points.bond_damping[i]) ||
             !std::isfinite(points.decay_per_cycle[i]) || !std::isfinite(points.frequency[i]))
@@ -249,44 +228,27 @@ void square(std::optional<Prediction>& prediction, std::string& reason) {
                             2.0 * root * prediction->mean_standard_error};
 }
 
-/// One usable stem: β, Y in Pa, and u = τ/Δt.
-struct Stem {
-    double damping;
-    double youngs_modulus;
-    double limit;        ///< Δt, s
-    double inverse_step; ///< u
-};
-
-std::vector<Stem> usable(const TimestepPoints& points) {
-    const std::size_t count = points.limit.size();
-    if (points.bond_youngs_modulus.size() != count || points.bond_damping.size() != count ||
-        points.bond_time.size() != count)
-        throw core::NumericalError(core::FailureKind::FitFailed,
-                                   "the points' moduli, dampings, bond times and limits differ in "
-                                   "number");
-    std::vector<Stem> stems;
-    for (std::size_t k = 0; k < count; ++k) {
-        const Stem stem{points.bond_damping[k], points.bond_youngs_modulus[k], points.limit[k],
-                        points.bond_time[k] / points.limit[k]};
-        const bool is_usable = std::isfinite(stem.damping) && stem.damping >= 0.0 &&
-                               std::isfinite(stem.youngs_modulus) && stem.youngs_modulus > 0.0 &&
-                               stem.limit > 0.0 && std::isfinite(stem.inverse_step) &&
-                               stem.inverse_step > 0.0;
-        if (is_usable)
-            stems.push_back(stem);
-    }
-    return stems;
+/// u = τ/Δt.
+double inverse_step(const TimestepPoint& point) {
+    return point.bond_time / point.limit;
 }
 
-/// `row(stem)` gives the regressors and, last, the right-hand side; `fitted(coefficients, stem)`
+bool is_usable(const TimestepPoint& point) {
+    return std::isfinite(point.bond_damping) && point.bond_damping >= 0.0 &&
+           std::isfinite(point.bond_youngs_modulus) && point.bond_youngs_modulus > 0.0 &&
+           point.limit > 0.0 && std::isfinite(inverse_step(point)) && inverse_step(point) > 0.0;
+}
+
+/// `row(point)` gives the regressors and, last, the right-hand side; `fitted(coefficients, point)`
 /// the step of the law.
 template <std::size_t N, class Row, class Fitted>
-TimestepLawOutcome fit_law(const std::vector<Stem>& stems, const std::array<std::string, N>& names,
-                           const Row& row, const Fitted& fitted) {
-    Eigen::MatrixXd design(static_cast<Eigen::Index>(stems.size()), static_cast<Eigen::Index>(N));
+TimestepLawOutcome fit_law(std::span<const TimestepPoint> points,
+                           const std::array<std::string, N>& names, const Row& row,
+                           const Fitted& fitted) {
+    Eigen::MatrixXd design(static_cast<Eigen::Index>(points.size()), static_cast<Eigen::Index>(N));
     std::vector<double> responses;
-    for (std::size_t k = 0; k < stems.size(); ++k) {
-        const std::array<double, N + 1> numbers = row(stems[k]);
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        const std::array<double, N + 1> numbers = row(points[k]);
         for (std::size_t c = 0; c < N; ++c)
             design(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(c)) = numbers[c];
         responses.push_back(numbers.back());
@@ -294,8 +256,8 @@ TimestepLawOutcome fit_law(const std::vector<Stem>& stems, const std::array<std:
     TimestepLawOutcome outcome;
     try {
         TimestepLaw law{regress(std::move(design), responses, names), {}, 0.0};
-        for (const Stem& stem : stems) {
-            law.residuals.push_back(stem.limit / fitted(law.regression.coefficients, stem) - 1.0);
+        for (const TimestepPoint& point : points) {
+            law.residuals.push_back(point.limit / fitted(law.regression.coefficients, point) - 1.0);
             law.largest_residual = std::max(law.largest_residual, std::abs(law.residuals.back()));
         }
         outcome.law = std::move(law);
@@ -309,29 +271,30 @@ using Coefficients = std::vector<Coefficient>;
 
 /// (τ/dt)² = A + B β (τ/dt), the limit of central differences for a damped oscillator, divided by
 /// u² = (τ/dt)² so that every stem's error counts relative to its step: 1 = A/u² + B β/u.
-TimestepLawOutcome fit_damped_oscillator(const std::vector<Stem>& stems) {
+TimestepLawOutcome fit_damped_oscillator(std::span<const TimestepPoint> points) {
     return fit_law<2>(
-        stems, {"A", "B"},
-        [](const Stem& s) {
-            return std::array{1.0 / (s.inverse_step * s.inverse_step), s.damping / s.inverse_step,
-                              1.0};
+        points, {"A", "B"},
+        [](const TimestepPoint& p) {
+            const double u = inverse_step(p);
+            return std::array{1.0 / (u * u), p.bond_damping / u, 1.0};
         },
-        [](const Coefficients& c, const Stem& s) {
-            const double linear = c[1].value * s.damping;
+        [](const Coefficients& c, const TimestepPoint& p) {
+            const double linear = c[1].value * p.bond_damping;
             const double u = 0.5 * (linear + std::sqrt(linear * linear + 4.0 * c[0].value));
-            return s.limit * s.inverse_step / u;
+            return p.limit * inverse_step(p) / u;
         });
 }
 
 /// dt = τ/(a + b β), the form of the authors' rule, as 1 = a/u + b β/u.
-TimestepLawOutcome fit_rule_form(const std::vector<Stem>& stems) {
+TimestepLawOutcome fit_rule_form(std::span<const TimestepPoint> points) {
     return fit_law<2>(
-        stems, {"a", "b"},
-        [](const Stem& s) {
-            return std::array{1.0 / s.inverse_step, s.damping / s.inverse_step, 1.0};
+        points, {"a", "b"},
+        [](const TimestepPoint& p) {
+            const double u = inverse_step(p);
+            return std::array{1.0 / u, p.bond_damping / u, 1.0};
         },
-        [](const Coefficients& c, const Stem& s) {
-            return s.limit * s.inverse_step / (c[0].value + c[1].value * s.damping);
+        [](const Coefficients& c, const TimestepPoint& p) {
+            return p.limit * inverse_step(p) / (c[0].value + c[1].value * p.bond_damping);
         });
 }
 
@@ -339,7 +302,6 @@ TimestepLawOutcome fit_rule_form(const std::vector<Stem>& stems) {
 
 InteractionModel reduce_interaction_model(const PredictorPair& predictors,
                                           std::span<const double> response, double significance) {
-    check_significance(significance);
     InteractionModel model;
     model.terms.assign(all_terms.begin(), all_terms.end());
     model.regression = regress_on_terms(predictors, response, all_terms);
@@ -368,7 +330,6 @@ InteractionModel reduce_interaction_model(const PredictorPair& predictors,
 }
 
 StudyRegression regress_study(const StudyPoints& points, double significance) {
-    check_significance(significance);
     const UsablePoints usable = usable_points(points);
     const PredictorPair predictors{"decay_per_cycle", "frequency", usable.decay_per_cycle,
                                    usable.frequency};
@@ -405,13 +366,14 @@ StemPrediction predict_stem(const StudyRegression& study, const StemReading& rea
     return prediction;
 }
 
-TimestepRegression regress_timesteps(const TimestepPoints& points) {
-    const std::vector<Stem> stems = usable(points);
+TimestepRegression regress_timesteps(std::span<const TimestepPoint> points) {
+    std::vector<TimestepPoint> usable;
+    std::ranges::copy_if(points, std::back_inserter(usable), is_usable);
     TimestepRegression regression;
-    regression.points_used = stems.size();
-    regression.points_excluded = points.limit.size() - stems.size();
-    regression.damped_oscillator = fit_damped_oscillator(stems);
-    regression.rule_form = fit_rule_form(stems);
+    regression.points_used = usable.size();
+    regression.points_excluded = points.size() - usable.size();
+    regression.damped_oscillator = fit_damped_oscillator(usable);
+    regression.rule_form = fit_rule_form(usable);
     return regression;
 }
 

@@ -46,7 +46,7 @@ struct InteractionModel {
 /// Backward elimination from the full model (Schramm et al. 2019, section on the DOE): among the
 /// removable terms, the one with the largest p is dropped as long as p >= significance, that is,
 /// while the model without it is not rejected. The intercept stays, and a predictor stays with its
-/// interaction. Errors as of `regress`; core::NumericalError too if significance is not in (0, 1).
+/// interaction. `significance`: in (0, 1). Errors as of `regress`.
 [[nodiscard]] InteractionModel reduce_interaction_model(const PredictorPair& predictors,
                                                         std::span<const double> response,
                                                         double significance = 0.05);
@@ -98,10 +98,9 @@ struct StudyRegression {
 };
 
 /// Regresses √Y and β on the fitted decay per cycle and frequency, each by its single-predictor law
-/// and by the full interaction model reduced with nested F-tests at `significance`. Designs that
-/// do not determine a law give a reason instead: fewer than 3 usable points, one value only of the
-/// response or of its predictor. Throws core::NumericalError (FitFailed) only if the spans differ
-/// in length or significance is not in (0, 1).
+/// and by the full interaction model reduced with nested F-tests at `significance`, in (0, 1).
+/// Designs that do not determine a law give a reason instead: fewer than 3 usable points, one value
+/// only of the response or of its predictor.
 [[nodiscard]] StudyRegression regress_study(const StudyPoints& points, double significance = 0.05);
 
 /// Parameters of Eq. 1 fitted to a stem. Standard errors of 0 mean that the reading is exact.
@@ -132,12 +131,12 @@ struct StemPrediction {
 /// the reading is not finite.
 [[nodiscard]] StemPrediction predict_stem(const StudyRegression& study, const StemReading& reading);
 
-/// The stems whose limit is known; spans of one length.
-struct TimestepPoints {
-    std::span<const double> bond_youngs_modulus; ///< Y, Pa
-    std::span<const double> bond_damping;        ///< β
-    std::span<const double> bond_time;           ///< τ = √(m/k_n), s
-    std::span<const double> limit;               ///< largest stable step Δt, s
+/// A stem whose limit is known.
+struct TimestepPoint {
+    double bond_youngs_modulus = 0.0; ///< Y, Pa
+    double bond_damping = 0.0;        ///< β
+    double bond_time = 0.0;           ///< τ = √(m/k_n), s
+    double limit = 0.0;               ///< largest stable step Δt, s
 };
 
 /// A fitted law.
@@ -167,7 +166,6 @@ struct TimestepRegression {
 
 /// Fits both laws by least squares of relative deviations: rows are divided by their
 /// right-hand sides, because limits span orders of magnitude.
-/// Throws core::NumericalError (FitFailed) if the spans differ in length.
-[[nodiscard]] TimestepRegression regress_timesteps(const TimestepPoints& points);
+[[nodiscard]] TimestepRegression regress_timesteps(std::span<const TimestepPoint> points);
 
 } // namespace culm::reduce

@@ -16,21 +16,9 @@ namespace {
 
 /// Products of two rows' readings over their noise, summed over the frames after the release.
 Eigen::MatrixXd row_products(const fit::RecordingFit& fit, const std::vector<double>& readings) {
-    const auto rows = static_cast<Eigen::Index>(fit.prediction.rows);
-    Eigen::MatrixXd products = Eigen::MatrixXd::Zero(rows, rows);
-    for (std::size_t i = 0; i < fit.times.size(); ++i) {
-        if (fit.times[i] < 0.0)
-            continue;
-        Eigen::VectorXd frame = Eigen::VectorXd::Zero(rows);
-        for (Eigen::Index j = 0; j < rows; ++j) {
-            const auto row = static_cast<std::size_t>(j);
-            const double reading = readings[i * fit.prediction.rows + row];
-            if (!std::isnan(reading))
-                frame(j) = reading / fit.noise[row];
-        }
-        products += frame * frame.transpose();
-    }
-    return products;
+    const auto free = fit.times.end() - std::ranges::lower_bound(fit.times, 0.0);
+    const Eigen::MatrixXd swinging = over_noise(fit, readings).bottomRows(free);
+    return swinging.transpose() * swinging;
 }
 
 std::vector<double> strongest_shape(const fit::RecordingFit& fit,
@@ -65,6 +53,13 @@ void replace_seen(std::span<const double> readings, std::size_t rows, std::size_
 
 } // namespace
 
+Eigen::MatrixXd over_noise(const fit::RecordingFit& fit, const std::vector<double>& readings) {
+    const Eigen::Map<const RowMajorMatrix> frames(readings.data(), std::ssize(fit.times),
+                                                  std::ssize(fit.noise));
+    const Eigen::Map<const Eigen::VectorXd> noise(fit.noise.data(), std::ssize(fit.noise));
+    return frames.array().isNaN().select(0.0, frames) * noise.cwiseInverse().asDiagonal();
+}
+
 Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measurement) {
     Swing swing;
     const std::vector<double> shape = strongest_shape(fit, measurement);
@@ -93,22 +88,6 @@ Swing swing_of(const fit::RecordingFit& fit, const measure::Measurement& measure
     swing.frequency =
         modes.empty() ? physics::first_frequency(fit.model.spec.stem) : modes.front().frequency;
     return swing;
-}
-
-reduce::StemHistories histories_of(const measure::Measurement& measurement) {
-    reduce::StemHistories stem;
-    stem.id = measurement.stem.id;
-    const measure::ReadingUnit unit = measure::reading_unit(measurement.sensors);
-    stem.unit = {unit.factor, std::string(unit.name)};
-    stem.length = measurement.stem.length;
-    stem.depth = measure::section_depth(measurement.stem.section);
-    stem.times = measurement.times;
-    stem.heights = measurement.heights;
-    for (std::size_t j = 0; j < measurement.heights.size(); ++j) {
-        stem.histories.push_back(measurement.history(j));
-        stem.noise.push_back(measurement.noise_at(j));
-    }
-    return stem;
 }
 
 reduce::BackboneInput backbone_input(const measure::Measurement& measurement,
@@ -154,12 +133,10 @@ RingDownsOfBoth ring_downs_of_both(const fit::RecordingFit& fit,
     options.has_phase = true;
     options.has_offset = measurement.release == measure::ReleaseKind::HeldStraight ||
                          !fit.model.spec.effects.empty();
-    const reduce::StemHistories measured = histories_of(measurement);
-    reduce::StemHistories modelled = measured;
+    measure::Measurement modelled = measurement;
     modelled.times.resize(fit.times.size());
-    for (std::size_t j = 0; j < fit.prediction.rows; ++j)
-        replace_seen(fit.prediction.readings, fit.prediction.rows, j, modelled.histories[j]);
-    return {reduce::fit_stem(measured, options), reduce::fit_stem(modelled, options)};
+    replace_seen(fit.prediction.readings, 1, 0, modelled.deflections);
+    return {fit_stem(measurement, options), fit_stem(modelled, options)};
 }
 
 } // namespace culm::residuals

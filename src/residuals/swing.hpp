@@ -6,12 +6,21 @@
 #include "fit/fit.hpp"
 #include "measure/folder/measurement.hpp"
 #include "reduce/backbone/backbone.hpp"
-#include "reduce/ring_down/stem_ring_downs.hpp"
+#include "residuals/stem_ring_downs.hpp"
 
 #include <optional>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace culm::residuals {
+
+/// The layout of readings, (frames, rows).
+using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+/// Readings, (frames, rows), over their noise; 0 for those that were not seen.
+[[nodiscard]] Eigen::MatrixXd over_noise(const fit::RecordingFit& fit,
+                                         const std::vector<double>& readings);
 
 /// The heights move together in the shape with most of the motion (the first mode if one mode
 /// dominates, the common shape of two close modes). Coordinates are those of the row where the
@@ -43,16 +52,13 @@ void describe(To& to, const BackbonesOfBoth& both) {
 [[nodiscard]] BackbonesOfBoth backbones_of_both(const fit::RecordingFit& fit,
                                                 const measure::Measurement& measurement);
 
-/// The readings at every height, with their noise where it is known.
-[[nodiscard]] reduce::StemHistories histories_of(const measure::Measurement& measurement);
-
 /// The readings for a backbone; `readings` (times, heights) instead of the measured ones.
 [[nodiscard]] reduce::BackboneInput backbone_input(const measure::Measurement& measurement,
                                                    std::span<const double> readings = {});
 
 struct RingDownsOfBoth {
-    reduce::StemRingDowns measured;
-    reduce::StemRingDowns modelled; ///< at the same times and heights
+    StemRingDowns measured;
+    StemRingDowns modelled; ///< at the same times and heights
 };
 
 /// Eq. 1 with a free phase, fitted in the same way to both, over the time of the fit.

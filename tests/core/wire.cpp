@@ -151,6 +151,41 @@ TEST(Wire, RefusesALengthBeyondTheMessageBeforeItAllocates) {
     EXPECT_THROW((void)decoded<std::vector<std::string>>(huge), WireError);
 }
 
+struct Form {
+    Eigen::VectorXd gradient;
+    Eigen::MatrixXd hessian;
+    double offset = 0.0;
+};
+
+TEST(Wire, PreservesTheShapeAndTheEntriesOfAMatrix) {
+    const Form form{Eigen::VectorXd{{1.0, -0.0, 3.0}},
+                    Eigen::MatrixXd{{1.0, 2.0, 3.0}, {4.0, 5.0, 6.0}}, 0.5};
+    const auto same = decoded<Form>(encoded(form));
+    EXPECT_EQ(same.gradient, form.gradient);
+    EXPECT_TRUE(std::signbit(same.gradient(1)));
+    EXPECT_EQ(same.hessian, form.hessian);
+    EXPECT_EQ(same.offset, 0.5);
+    const auto empty = decoded<Eigen::MatrixXd>(encoded(Eigen::MatrixXd(0, 4)));
+    EXPECT_EQ(empty.rows(), 0);
+    EXPECT_EQ(empty.cols(), 4);
+}
+
+TEST(Wire, RefusesADamagedSizeOfAMatrixBeforeItAllocates) {
+    constexpr Eigen::Index huge = Eigen::Index{1} << 62;
+    const auto is_refused = [](Eigen::Index rows, Eigen::Index columns) {
+        const Bytes message = encoded(std::pair(std::pair(rows, columns), std::array{1.0, 2.0}));
+        EXPECT_THROW((void)decoded<Eigen::MatrixXd>(message), WireError) << rows << ", " << columns;
+    };
+    is_refused(huge, 1);
+    is_refused(1, huge);
+    is_refused(huge, 4); // the product overflows to 0
+    is_refused(-1, 2);
+    is_refused(2, -1);
+    is_refused(2, 2);
+    const Bytes matrix = encoded(Eigen::MatrixXd::Ones(1, 2).eval());
+    EXPECT_THROW((void)decoded<Eigen::VectorXd>(matrix), WireError);
+}
+
 TEST(ItemMap, GivesEveryOutcomeInTheOrderOfTheItems) {
     const std::vector<ItemOutcome<Fit>> found =
         ItemMap().outcomes({1.0, 3.0, 2.0}, [](std::size_t item, const Heartbeat&) {

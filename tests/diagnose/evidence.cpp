@@ -14,23 +14,23 @@ namespace {
 
 /// The evidence of candidates beside a model with one own parameter and this residual.
 diagnose::LinearEvidence evidence(const Eigen::VectorXd& own, const Eigen::VectorXd& residual,
-                                  std::vector<diagnose::CandidateView> candidates) {
+                                  std::vector<diagnose::EffectColumns> candidates) {
     diagnose::SharedColumns stem;
     stem.own = {0};
     stem.system.jacobian = own;
     stem.system.residual = residual;
     stem.system.fitted = own.cols();
     const diagnose::EffectView view = view_of(std::move(candidates), stem);
-    return {view.columns, view.gram_matrix(), view.overlap_vector()};
+    return {view.columns, view.gram, view.overlap};
 }
 
-diagnose::CandidateView effect(const Eigen::VectorXd& column, bool is_one_sided) {
+diagnose::EffectColumns effect(const Eigen::VectorXd& column, bool is_one_sided) {
     diagnose::EffectColumn one;
-    one.readings.assign(column.data(), column.data() + column.size());
+    one.readings = column;
     one.parameter = 0;
     one.is_one_sided = is_one_sided;
-    diagnose::CandidateView out;
-    out.columns.nodes.push_back({{0.0}, 1.0, 1.0, {one}});
+    diagnose::EffectColumns out;
+    out.nodes.push_back({{0.0}, 1.0, 1.0, {one}});
     return out;
 }
 
@@ -90,8 +90,7 @@ TEST(LogEvidence, EqualsThatOfTheSmallerModelForUndeterminedParameters) {
     smaller.misfits = {1000.0};
     diagnose::ModelEvidence larger;
     larger.misfits = smaller.misfits;
-    larger.numbers = 2;
-    larger.information.assign(4, 0.0);
+    larger.information = Eigen::MatrixXd::Zero(2, 2);
     larger.log_prior = size.log_density(0.0) + place.log_density(2.0);
     larger.prior_precision = {size.precision(), place.precision()};
     const diagnose::NoiseScale noise{{1.0}, {true}, {1000}};

@@ -66,7 +66,7 @@ TEST(SharedMinimum, IsTheLeastSquaresSolutionOfAllStemsTogether) {
     const Eigen::MatrixXd covariance = (all.transpose() * all).inverse();
     EXPECT_NEAR(found.hessian.inverse()(0, 0), covariance(9, 9), 1e-10);
     // The own numbers follow.
-    const Eigen::MatrixXd follow = blocks[0].follow_matrix();
+    const Eigen::MatrixXd follow = blocks[0].follow;
     EXPECT_EQ(follow(3, 0), 1.0); // the shared number itself
     const Eigen::VectorXd own = linear_stem(0, at, terms[0])
                                     .system.jacobian.leftCols(3)

@@ -4,7 +4,7 @@
 #include "beam_generator/recording.hpp"
 #include "diagnose/adequacy.hpp"
 #include "diagnose/evidence/log_evidence.hpp"
-#include "fit/errors/second_mode.hpp"
+#include "fit/errors/terms.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/linear/scaled_solve.hpp"
 #include "fit/solve/residual_statistics.hpp"
@@ -131,7 +131,7 @@ TEST(LogEvidence, CountsTheDeterminantOfTheTermsOfTheModel) {
     evidence.misfits = {100.0};
     diagnose::NoiseScale noise{{1.0}, {true}, {100}};
     const double without = diagnose::log_evidence(evidence, noise);
-    evidence.model_terms = {3.0, 1.0, 1.0, 2.0};
+    evidence.model_terms = Eigen::MatrixXd{{3.0, 1.0}, {1.0, 2.0}};
     EXPECT_NEAR(diagnose::log_evidence(evidence, noise) - without, -0.5 * std::log(11.0), 1e-12);
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The interaction model and its reduction by nested F-tests.
-#include "core/error.hpp"
 #include "reduce/study_regression.hpp"
 
 #include <array>
@@ -176,17 +175,6 @@ TEST(InteractionModel, TheSignificanceDecides) {
         reduce_interaction_model(points.predictors(), points.response, 1e-6);
     EXPECT_EQ(lenient.terms, (std::vector<Term>{Term::Intercept, Term::First, Term::Second}));
     EXPECT_EQ(strict.terms, (std::vector<Term>{Term::Intercept, Term::Second}));
-    EXPECT_THROW((void)reduce_interaction_model(points.predictors(), points.response, 0.0),
-                 core::NumericalError);
-    EXPECT_THROW((void)reduce_interaction_model(points.predictors(), points.response, 1.0),
-                 core::NumericalError);
-}
-
-TEST(InteractionModel, PredictorsOfTheWrongLengthAreRefused) {
-    Factorial points = make_factorial([](double, double b2) { return b2; }, 1.0, 1);
-    points.first.pop_back();
-    EXPECT_THROW((void)reduce_interaction_model(points.predictors(), points.response),
-                 core::NumericalError);
 }
 
 } // namespace

@@ -30,7 +30,7 @@ struct FitArguments : RecordingArguments {
 /// The paper's Fig. 3c: time in periods of the stem, deflection from the position of rest relative
 /// to the stem's largest one.
 std::string normalised_csv(const measure::Measurement& measurement,
-                           const reduce::StemRingDowns& stem) {
+                           const residuals::StemRingDowns& stem) {
     std::string text = "cycles";
     for (const double height : measurement.heights)
         text += fmt::format(",h={:.10g}mm", 1e3 * height);
@@ -92,11 +92,11 @@ void fit(const FitArguments& arguments, core::ExitCode& exit_code) {
         options.has_phase =
             options.has_phase || measurement.release == measure::ReleaseKind::Moving;
         report.has_offset.push_back(options.has_offset);
-        report.stems.push_back(reduce::fit_stem(residuals::histories_of(measurement), options));
+        report.stems.push_back(residuals::fit_stem(measurement, options));
         add_modes(arguments, measurement, report);
     }
     // For a single stem only the statistics within the stem are used.
-    const reduce::PopulationSummary population = reduce::summarise_population(report.stems);
+    const residuals::PopulationSummary population = residuals::summarise_population(report.stems);
     if (report.stems.size() > 1)
         report.population = population;
     report.provenance = provenance.document();

@@ -49,7 +49,7 @@ class ColumnsOfEffect {
         EffectColumns out;
         if (own_.empty()) {
             EffectNode node;
-            node.columns.push_back({difference(read({models_}).front(), base_.system.predicted)});
+            node.columns.push_back({read({models_}).front() - base_.system.predicted});
             node.columns.back().is_certain = true;
             out.nodes.push_back(std::move(node));
             out.batches = batches_;
@@ -146,12 +146,6 @@ class ColumnsOfEffect {
         }
     }
 
-    [[nodiscard]] static std::vector<double>
-    difference(const Eigen::VectorXd& changed, const Eigen::VectorXd& from, double factor = 1.0) {
-        const Eigen::VectorXd column = factor * (changed - from);
-        return {column.data(), column.data() + column.size()};
-    }
-
     /// Changes of the readings by each size from the node on.
     [[nodiscard]] Group derivatives_at(EffectNode node) const {
         Group group;
@@ -204,7 +198,7 @@ class ColumnsOfEffect {
         EffectNode node = std::move(group.node);
         const Eigen::VectorXd& here = group.readings.front();
         if (group.secant != 0.0) {
-            EffectColumn column{difference(here, base_.system.predicted, 1.0 / group.secant)};
+            EffectColumn column{1.0 / group.secant * (here - base_.system.predicted)};
             column.parameter = group.sizes.front();
             set_prior(group.priors.front(), column);
             column.secant = group.secant;
@@ -212,7 +206,7 @@ class ColumnsOfEffect {
             return node;
         }
         if (std::abs(node.modulus_ratio - 1.0) > least_offset) {
-            EffectColumn column{difference(here, base_.system.predicted)};
+            EffectColumn column{here - base_.system.predicted};
             column.is_one_sided = true;
             node.columns.push_back(std::move(column));
         }
@@ -235,21 +229,19 @@ class ColumnsOfEffect {
     void add_derivative(const Eigen::VectorXd& changed, const Eigen::VectorXd& from,
                         std::size_t parameter, const ParameterPrior& prior,
                         EffectNode& node) const {
-        EffectColumn column{difference(changed, from, 1.0 / small_change)};
+        EffectColumn column{1.0 / small_change * (changed - from)};
         column.parameter = parameter;
         set_prior(prior, column);
         if (!fit::belongs_to_recording(own_.front().access.id) || recordings_.size() == 1) {
             node.columns.push_back(std::move(column));
             return;
         }
-        std::size_t begin = 0;
+        Eigen::Index begin = 0;
         for (const fit::RecordingFit& part : base_.parts) {
-            EffectColumn own = column;
-            for (std::size_t k = 0; k < own.readings.size(); ++k)
-                if (k < begin || k >= begin + part.residuals.size())
-                    own.readings[k] = 0.0;
-            begin += part.residuals.size();
-            node.columns.push_back(std::move(own));
+            Eigen::VectorXd& own = node.columns.emplace_back(column).readings;
+            own.head(begin).setZero();
+            begin += std::ssize(part.residuals);
+            own.tail(own.size() - begin).setZero();
         }
     }
 

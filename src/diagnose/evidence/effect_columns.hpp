@@ -14,7 +14,7 @@ namespace culm::diagnose {
 
 /// Change of the readings by a size of the prior's standard deviation.
 struct EffectColumn {
-    std::vector<double> readings; ///< (rows of the fit's system)
+    Eigen::VectorXd readings; ///< (rows of the fit's system)
     /// Index of the effect's free parameter that is the size; none if only the location changes the
     /// readings, or if the effect has no free parameter.
     std::size_t parameter = std::numeric_limits<std::size_t>::max();
@@ -56,12 +56,6 @@ struct EffectColumns {
 
     /// The number of columns of all nodes.
     [[nodiscard]] Eigen::Index column_count() const;
-};
-
-/// A candidate effect, linearised about a fitted model.
-struct CandidateView {
-    physics::SelectedEffect effect;
-    EffectColumns columns;
 };
 
 /// Columns at every point of the effect's grid: derivatives by its sizes where it is absent. If

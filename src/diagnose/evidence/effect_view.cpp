@@ -9,24 +9,19 @@ namespace culm::diagnose {
 namespace {
 
 /// Readings of all columns of the candidates, side by side, and those of the shared numbers.
-Eigen::MatrixXd column_matrix(std::span<const CandidateView> candidates, const SharedColumns& of) {
+Eigen::MatrixXd column_matrix(std::span<const EffectColumns> candidates, const SharedColumns& of) {
     const Eigen::Index rows = of.system.residual.size();
     Eigen::Index count = std::ssize(of.columns);
-    for (const CandidateView& each : candidates)
-        count += each.columns.column_count();
+    for (const EffectColumns& each : candidates)
+        count += each.column_count();
     Eigen::MatrixXd readings(rows, count);
     Eigen::Index k = 0;
-    for (const CandidateView& each : candidates)
-        for (const EffectNode& node : each.columns.nodes)
+    for (const EffectColumns& each : candidates)
+        for (const EffectNode& node : each.nodes)
             for (const EffectColumn& column : node.columns)
-                readings.col(k++) = Eigen::Map<const Eigen::VectorXd>(column.readings.data(), rows);
+                readings.col(k++) = column.readings;
     readings.rightCols(std::ssize(of.columns)) = of.system.jacobian(Eigen::all, of.columns);
     return readings;
-}
-
-template <class Matrix>
-std::vector<double> numbers_of(const Matrix& matrix) {
-    return {matrix.data(), matrix.data() + matrix.size()};
 }
 
 } // namespace
@@ -44,20 +39,7 @@ Eigen::Index EffectView::first_column(std::size_t candidate, std::size_t node) c
     return first;
 }
 
-Eigen::Map<const Eigen::MatrixXd> EffectView::gram_matrix() const {
-    return {gram.data(), std::ssize(overlap), std::ssize(overlap)};
-}
-
-Eigen::Map<const Eigen::VectorXd> EffectView::overlap_vector() const {
-    return {overlap.data(), std::ssize(overlap)};
-}
-
-Eigen::Map<const Eigen::MatrixXd> EffectView::coefficient_matrix() const {
-    const Eigen::Index count = column_count();
-    return {coefficients.data(), count == 0 ? 0 : std::ssize(coefficients) / count, count};
-}
-
-EffectView view_of(std::vector<CandidateView> candidates, const SharedColumns& of) {
+EffectView view_of(std::vector<EffectColumns> candidates, const SharedColumns& of) {
     EffectView view;
     view.shared = of.names;
     view.shared_at = of.at;
@@ -67,17 +49,14 @@ EffectView view_of(std::vector<CandidateView> candidates, const SharedColumns& o
     const Eigen::MatrixXd remainder = own.remainder(columns, coefficients);
     Eigen::MatrixXd gram = Eigen::MatrixXd::Zero(columns.cols(), columns.cols());
     gram.selfadjointView<Eigen::Lower>().rankUpdate(remainder.transpose());
-    view.gram = numbers_of(Eigen::MatrixXd(gram.selfadjointView<Eigen::Lower>()));
-    view.overlap =
-        numbers_of(Eigen::VectorXd(remainder.transpose() * own.remainder(of.system.residual)));
-    view.coefficients =
-        numbers_of(Eigen::MatrixXd(coefficients.leftCols(columns.cols() - std::ssize(of.columns))));
-    for (CandidateView& candidate : candidates) {
-        for (EffectNode& node : candidate.columns.nodes)
+    view.gram = gram.selfadjointView<Eigen::Lower>();
+    view.overlap = remainder.transpose() * own.remainder(of.system.residual);
+    view.coefficients = coefficients.leftCols(columns.cols() - std::ssize(of.columns));
+    for (EffectColumns& candidate : candidates)
+        for (EffectNode& node : candidate.nodes)
             for (EffectColumn& column : node.columns)
-                column.readings.clear();
-        view.columns.push_back(std::move(candidate.columns));
-    }
+                column.readings.resize(0);
+    view.columns = std::move(candidates);
     return view;
 }
 

@@ -27,21 +27,18 @@ struct EffectView {
     std::vector<EffectColumns> columns; ///< (candidates) without readings; some may have failed
     std::vector<std::string> shared;    ///< names of the shared numbers
     std::vector<double> shared_at;      ///< (shared) coordinates
-    std::vector<double> gram;           ///< (all · all)
-    std::vector<double> overlap;        ///< (all)
-    std::vector<double> coefficients;   ///< (own · columns of the candidates)
+    Eigen::MatrixXd gram;               ///< (all, all)
+    Eigen::VectorXd overlap;            ///< (all)
+    Eigen::MatrixXd coefficients;       ///< (own, columns of the candidates)
 
     /// Number of columns of the candidates.
     [[nodiscard]] Eigen::Index column_count() const;
     /// The first column of a candidate's node.
     [[nodiscard]] Eigen::Index first_column(std::size_t candidate, std::size_t node) const;
-    [[nodiscard]] Eigen::Map<const Eigen::MatrixXd> gram_matrix() const;
-    [[nodiscard]] Eigen::Map<const Eigen::VectorXd> overlap_vector() const;
-    [[nodiscard]] Eigen::Map<const Eigen::MatrixXd> coefficient_matrix() const;
 };
 
 /// `candidates`: with readings, about the fit with this system.
-[[nodiscard]] EffectView view_of(std::vector<CandidateView> candidates,
+[[nodiscard]] EffectView view_of(std::vector<EffectColumns> candidates,
                                  const SharedColumns& system);
 
 } // namespace culm::diagnose

@@ -102,16 +102,16 @@ class EstimatedStarts {
                 means(at - own) = of.known_amount;
                 amounts.push_back(&point.effects[e].amounts[k]);
             }
-        const Eigen::MatrixXd hidden = base_.view.coefficient_matrix() * ways;
+        const Eigen::MatrixXd hidden = base_.view.coefficients * ways;
         const Eigen::MatrixXd across = normal_ * hidden;
         const Eigen::Index columns = ways.rows();
         Eigen::MatrixXd information(all, all);
         information << normal_, across, across.transpose(),
-            ways.transpose() * base_.view.gram_matrix().topLeftCorner(columns, columns) * ways +
+            ways.transpose() * base_.view.gram.topLeftCorner(columns, columns) * ways +
                 hidden.transpose() * across;
         information.bottomRightCorner(ways.cols(), ways.cols()) += precisions.asDiagonal();
         Eigen::VectorXd right(all);
-        right << right_, ways.transpose() * base_.view.overlap_vector().head(columns) +
+        right << right_, ways.transpose() * base_.view.overlap.head(columns) +
                              hidden.transpose() * right_ + precisions.cwiseProduct(means);
         const Eigen::VectorXd change = fit::bounded_minimum(information, right, lower, upper);
         for (std::size_t k = 0; k < amounts.size(); ++k)
@@ -195,7 +195,7 @@ class EstimatedStarts {
             }
         const Eigen::Map<const Eigen::VectorXd> amounts(all.data(), std::ssize(all));
         const Eigen::VectorXd shown =
-            normal_ * (base_.view.coefficient_matrix() * (ways_of(point) * amounts));
+            normal_ * (base_.view.coefficients * (ways_of(point) * amounts));
         std::vector<Eigen::Index> places;
         for (const Eigen::Index k : moving_)
             places.push_back(column(k));

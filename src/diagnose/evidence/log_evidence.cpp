@@ -102,8 +102,7 @@ void add_model_terms(const fit::WeightedSystem& system, const Columns& columns,
     Eigen::MatrixXd terms = system.jacobian(Eigen::all, columns.of_model);
     terms.bottomRows(system.constraints).setZero();
     const Eigen::MatrixXd left = fit::Projector(system.jacobian(Eigen::all, rest)).remainder(terms);
-    const Eigen::MatrixXd square = left.transpose() * left;
-    out.model_terms.assign(square.data(), square.data() + square.size());
+    out.model_terms = left.transpose() * left;
 }
 
 /// Is a parameter at the bound where its effect is absent?
@@ -149,7 +148,7 @@ ParameterPrior prior_of(const fit::FreeParameter& parameter, const fit::StemMode
     const double lower = to_coordinate(parameter.fitted_as, parameter.lower);
     const double upper = to_coordinate(parameter.fitted_as, parameter.upper);
     prior.range = std::max(std::abs(upper - lower), 1e-300);
-    prior.known = parameter.known;
+    prior.known = parameter.default_value;
     prior.known_within = parameter.known_within;
     if (prior.is_place)
         return prior;
@@ -241,11 +240,9 @@ ModelEvidence evidence_of(const fit::Fit& fit, std::span<const fit::ObservedReco
     if (out.effects == 0)
         return out;
     out.absent_effects = absent_effects(fit, given);
-    out.numbers = columns.own.size();
     const fit::Projector nuisance(fit.system.jacobian(Eigen::all, columns.others));
     const Eigen::MatrixXd left = nuisance.remainder(fit.system.jacobian(Eigen::all, columns.own));
-    const Eigen::MatrixXd information = left.transpose() * left;
-    out.information.assign(information.data(), information.data() + information.size());
+    out.information = left.transpose() * left;
     return out;
 }
 
@@ -258,20 +255,15 @@ double log_evidence(const ModelEvidence& evidence, const NoiseScale& noise) {
         log_likelihood -=
             noise.is_noise_known[m] ? 0.5 * ratio : 0.5 * readings * std::log(ratio / readings);
     }
-    const auto d = static_cast<Eigen::Index>(evidence.numbers);
     double log_volume = 0.0;
-    if (d > 0) {
-        Eigen::MatrixXd hessian =
-            Eigen::Map<const Eigen::MatrixXd>(evidence.information.data(), d, d) /
-            noise.mean_known();
+    if (const Eigen::Index d = evidence.information.rows(); d > 0) {
+        Eigen::MatrixXd hessian = evidence.information / noise.mean_known();
         hessian.diagonal() += Eigen::Map<const Eigen::VectorXd>(evidence.prior_precision.data(), d);
         log_volume -= 0.5 * fit::ScaledSpectrum(hessian).log_determinant();
         log_volume += 0.5 * static_cast<double>(d) * std::log(2.0 * std::numbers::pi);
     }
-    if (const auto k = static_cast<Eigen::Index>(std::sqrt(evidence.model_terms.size())); k > 0) {
-        Eigen::MatrixXd covariance =
-            Eigen::Map<const Eigen::MatrixXd>(evidence.model_terms.data(), k, k) /
-            noise.mean_known();
+    if (evidence.model_terms.size() > 0) {
+        Eigen::MatrixXd covariance = evidence.model_terms / noise.mean_known();
         covariance.diagonal().array() += 1.0;
         log_volume -= 0.5 * std::log(covariance.determinant());
     }

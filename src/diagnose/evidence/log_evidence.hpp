@@ -9,6 +9,8 @@
 #include <string>
 #include <vector>
 
+#include <Eigen/Core>
+
 namespace culm::diagnose {
 
 /// The prior of a free parameter of an effect, in its coordinate: the number itself, its logarithm
@@ -39,13 +41,12 @@ struct ParameterPrior {
 struct ModelEvidence {
     std::vector<double> misfits; ///< (recordings) χ²; m² where the noise is not known
     double squared_pulls = 0.0;  ///< of the error terms
-    std::size_t numbers = 0;     ///< d: of the effects
-    double log_prior = 0.0;      ///< log density of these at the fit, for all effects
-    /// (d · d) Hessian of ½ χ² by these numbers with all others eliminated.
-    std::vector<double> information;
+    double log_prior = 0.0;      ///< log density of the effects' d numbers at the fit
+    /// (d, d) Hessian of ½ χ² by these numbers with all others eliminated.
+    Eigen::MatrixXd information;
     std::vector<double> prior_precision; ///< (d)
-    /// (k · k) MᵀM of the k error terms of the model, with all numbers but the effects' eliminated.
-    std::vector<double> model_terms;
+    /// (k, k) MᵀM of the k error terms of the model, with all numbers but the effects' eliminated.
+    Eigen::MatrixXd model_terms;
     std::size_t effects = 0;                 ///< that may or may not act
     std::vector<std::string> absent_effects; ///< those of them that ended where they are absent
 };

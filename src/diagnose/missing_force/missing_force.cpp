@@ -155,16 +155,16 @@ EffectView view_of_terms(UserLawKind kind, const std::vector<std::string>& terms
     for (std::size_t m = 0; m < recordings.size(); ++m)
         models.push_back(candidate_model(base.parts[m].model, {trial}, recordings[m]));
     const fit::WeightedSystem larger = fit::system_at(models, base, recordings, options.heartbeat);
-    std::vector<CandidateView> candidates;
+    std::vector<EffectColumns> candidates;
     for (std::size_t k = 0; k < terms.size(); ++k) {
         const auto found = std::ranges::find(larger.ids, coefficient(k));
         Eigen::VectorXd readings = Eigen::VectorXd::Zero(base.system.residual.size());
         readings.head(base.system.readings()) =
             usual * scales[k] *
             larger.jacobian.col(found - larger.ids.begin()).head(base.system.readings());
-        EffectColumn column{{readings.data(), readings.data() + readings.size()}};
+        EffectColumn column{std::move(readings)};
         column.parameter = 0;
-        candidates.push_back({trial, {{}, {{{0.0}, 1.0, 1.0, {std::move(column)}}}, 0}});
+        candidates.push_back({{}, {{{0.0}, 1.0, 1.0, {std::move(column)}}}, 0});
     }
     return view_of(std::move(candidates), shared_columns(base, recordings, {}));
 }
@@ -180,8 +180,7 @@ ChosenTerms choose_terms(UserLawKind kind, const fit::Fit& base,
     double variance = 1.0;
     ChosenTerms out;
     for (int pass = 0; pass < 2; ++pass) {
-        const LinearEvidence evidence(view.columns, view.gram_matrix() / variance,
-                                      view.overlap_vector() / variance);
+        const LinearEvidence evidence(view.columns, view.gram / variance, view.overlap / variance);
         std::vector<std::size_t> chosen;
         PredictedGain likeliest;
         std::vector<std::pair<std::vector<std::size_t>, double>> sets{{{}, 0.0}};

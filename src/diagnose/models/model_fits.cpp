@@ -186,9 +186,9 @@ class ModelFits::Descent {
                 const auto place = static_cast<std::size_t>(k);
                 if (fits_.priors_.contains(block.names[place])) // not an error term
                     move(k) = part * (model.shared.at(model.shared.find(block.names[place])) -
-                                      block.at[place]);
+                                      block.at(k));
             }
-            changes_[s] = block.follow_matrix() * move;
+            changes_[s] = block.follow * move;
         }
         for (const auto& [effect, k, card, at] : shared_parameters(model)) {
             double& now = model.effects[effect].values[k];

@@ -64,24 +64,25 @@ SharedColumns shared_columns(const fit::Fit& fit,
 }
 
 SharedBlock block_of(const SharedColumns& stem) {
-    SharedBlock block{stem.names, stem.at, {}, {}, {}};
+    if (stem.names.empty())
+        return {};
+    SharedBlock block;
+    block.names = stem.names;
+    block.at = Eigen::VectorXd::Map(stem.at.data(), block.size());
     const Eigen::MatrixXd columns = stem.system.jacobian(Eigen::all, stem.columns);
     const fit::Projector own(stem.system.jacobian(Eigen::all, stem.own));
     const Eigen::MatrixXd coefficients = own.coefficients(columns);
     const Eigen::MatrixXd remainder = own.remainder(columns, coefficients);
-    const Eigen::VectorXd gradient = remainder.transpose() * stem.system.residual;
-    const Eigen::MatrixXd information = remainder.transpose() * remainder;
-    Eigen::MatrixXd follow = Eigen::MatrixXd::Zero(stem.system.fitted, block.size());
+    block.gradient = remainder.transpose() * stem.system.residual;
+    block.information = remainder.transpose() * remainder;
+    block.follow = Eigen::MatrixXd::Zero(stem.system.fitted, block.size());
     for (std::size_t k = 0; k < stem.own.size(); ++k)
         if (stem.own[k] < stem.system.fitted)
-            follow.row(stem.own[k]) = -coefficients.row(static_cast<Eigen::Index>(k));
+            block.follow.row(stem.own[k]) = -coefficients.row(static_cast<Eigen::Index>(k));
     for (Eigen::Index k = 0; k < block.size(); ++k)
         if (const Eigen::Index column = stem.columns[static_cast<std::size_t>(k)];
             column < stem.system.fitted)
-            follow(column, k) = 1.0;
-    block.gradient.assign(gradient.data(), gradient.data() + gradient.size());
-    block.information.assign(information.data(), information.data() + information.size());
-    block.follow.assign(follow.data(), follow.data() + follow.size());
+            block.follow(column, k) = 1.0;
     return block;
 }
 
@@ -125,24 +126,17 @@ SharedMinimum minimum_of(std::span<const SharedBlock> blocks, std::span<const do
         std::vector<Eigen::Index>& place = places.emplace_back();
         for (const std::string& name : block.names)
             place.push_back(out.find(name));
-        const Eigen::Map<const Eigen::MatrixXd> information(block.information.data(), block.size(),
-                                                            block.size());
-        const Eigen::Map<const Eigen::VectorXd> at(block.at.data(), block.size());
-        const Eigen::Map<const Eigen::VectorXd> gradient(block.gradient.data(), block.size());
-        out.hessian(place, place) += information / variances[s];
-        right(place) += (gradient + information * (at - mean(place))) / variances[s];
+        out.hessian(place, place) += block.information / variances[s];
+        right(place) +=
+            (block.gradient + block.information * (block.at - mean(place))) / variances[s];
     }
     const Eigen::VectorXd change = fit::bounded_minimum(out.hessian, right, lower, upper);
     out.at = mean + change;
     for (std::size_t s = 0; s < blocks.size(); ++s) {
         const SharedBlock& block = blocks[s];
-        const Eigen::Map<const Eigen::MatrixXd> information(block.information.data(), block.size(),
-                                                            block.size());
-        const Eigen::Map<const Eigen::VectorXd> gradient(block.gradient.data(), block.size());
-        const Eigen::VectorXd move =
-            out.at(places[s]) - Eigen::Map<const Eigen::VectorXd>(block.at.data(), block.size());
+        const Eigen::VectorXd move = out.at(places[s]) - block.at;
         out.stem_changes[s] =
-            (gradient.dot(move) - 0.5 * move.dot(information * move)) / variances[s];
+            (block.gradient.dot(move) - 0.5 * move.dot(block.information * move)) / variances[s];
     }
     return out;
 }

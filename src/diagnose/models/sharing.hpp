@@ -56,17 +56,15 @@ struct SharedColumns {
 
 /// The quadratic form of one stem.
 struct SharedBlock {
-    std::vector<std::string> names;  ///< (shared)
-    std::vector<double> at;          ///< (shared) coordinates about which it is made
-    std::vector<double> gradient;    ///< (shared) g, without the priors of terms
-    std::vector<double> information; ///< (shared · shared) A
-    /// (fitted numbers · shared) change of the stem's numbers per change of a coordinate.
-    std::vector<double> follow;
+    std::vector<std::string> names; ///< (shared)
+    Eigen::VectorXd at;             ///< (shared) coordinates about which it is made
+    Eigen::VectorXd gradient;       ///< (shared) g, without the priors of terms
+    Eigen::MatrixXd information;    ///< (shared, shared) A
+    /// (fitted numbers, shared) change of the stem's numbers per change of a coordinate; without
+    /// rows if nothing is shared.
+    Eigen::MatrixXd follow;
 
     [[nodiscard]] Eigen::Index size() const { return std::ssize(names); }
-    [[nodiscard]] Eigen::Map<const Eigen::MatrixXd> follow_matrix() const {
-        return {follow.data(), size() == 0 ? 0 : std::ssize(follow) / size(), size()};
-    }
 };
 
 [[nodiscard]] SharedBlock block_of(const SharedColumns& stem);

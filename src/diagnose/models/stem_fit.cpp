@@ -93,22 +93,21 @@ fit::Fit fit_larger(const fit::SelectedEffects& effects, const fit::Fit& smaller
     if (added.empty())
         return smaller;
     try {
-        std::vector<CandidateView> views;
+        std::vector<EffectColumns> candidates;
         for (const physics::SelectedEffect& effect : added) {
-            views.push_back({effect, effect_columns(smaller, effect, recordings, options)});
-            batches += views.back().columns.batches;
-            if (const std::string& failure = views.back().columns.failure; !failure.empty())
+            candidates.push_back(effect_columns(smaller, effect, recordings, options));
+            batches += candidates.back().batches;
+            if (const std::string& failure = candidates.back().failure; !failure.empty())
                 throw core::NumericalError(core::FailureKind::FitFailed, failure);
         }
-        std::vector<std::size_t> all(views.size());
+        std::vector<std::size_t> all(candidates.size());
         std::iota(all.begin(), all.end(), 0);
         Sharing held;
         for (const std::string& name : options.held_effects)
             held.rig_of[name] = {};
         const SharedColumns columns = shared_columns(smaller, recordings, held);
-        const EffectView view = view_of(std::move(views), columns);
-        PredictedGain gain =
-            LinearEvidence(view.columns, view.gram_matrix(), view.overlap_vector()).gain(all);
+        const EffectView view = view_of(std::move(candidates), columns);
+        PredictedGain gain = LinearEvidence(view.columns, view.gram, view.overlap).gain(all);
         if (gain.points.empty()) { // all allowed sizes make the fit worse: it starts without them
             gain.points.emplace_back();
             for (const EffectColumns& each : view.columns)
@@ -176,14 +175,6 @@ std::vector<EffectColumns> columns_about(const Stems& stems, std::size_t stem, c
             out.push_back(effect_columns(base, candidate, stems[stem].recordings, options));
     }
     return out;
-}
-
-EffectView view_about(const Stems& stems, std::size_t stem, const Sharing& sharing,
-                      const fit::Fit& base, std::vector<EffectColumns> columns) {
-    std::vector<CandidateView> candidates;
-    for (std::size_t c = 0; c < columns.size(); ++c)
-        candidates.push_back({stems.options().candidates[c], std::move(columns[c])});
-    return view_of(std::move(candidates), shared_columns(base, stems[stem].recordings, sharing));
 }
 
 } // namespace culm::diagnose

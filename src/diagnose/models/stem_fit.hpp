@@ -54,8 +54,4 @@ inline constexpr const char* combination_failure = "it cannot be combined with t
                                                        std::size_t last,
                                                        const fit::FitOptions& options);
 
-/// `columns` (candidates), which have readings.
-[[nodiscard]] EffectView view_about(const Stems& stems, std::size_t stem, const Sharing& sharing,
-                                    const fit::Fit& base, std::vector<EffectColumns> columns);
-
 } // namespace culm::diagnose

@@ -6,6 +6,7 @@
 #include "core/item_map.hpp"
 #include "diagnose/policy.hpp"
 #include "fit/fit_model.hpp"
+#include "fit/fit_numbers.hpp"
 
 #include <algorithm>
 #include <cstddef>

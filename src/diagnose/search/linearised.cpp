@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/search/linearised.hpp"
-
 #include "diagnose/evidence/estimated_starts.hpp"
+#include "diagnose/search/prediction.hpp"
 #include "fit/linear/scaled_solve.hpp"
 
 #include <algorithm>
@@ -59,7 +58,7 @@ std::vector<Eigen::Index> places_of(const EffectView& view, const SharedMinimum&
 
 /// Gram matrix and overlap of a stem, with the residual at the common values of the shared numbers.
 Normal normal_of(const EffectView& view, const SharedMinimum& shared, double variance) {
-    Normal out{view.gram_matrix() / variance, view.overlap_vector() / variance};
+    Normal out{view.gram / variance, view.overlap / variance};
     const std::vector<Eigen::Index> places = places_of(view, shared);
     for (std::size_t k = 0; k < places.size(); ++k)
         out.overlap -= out.gram.col(view.column_count() + static_cast<Eigen::Index>(k)) *
@@ -145,8 +144,9 @@ void Linearised::compute_views(const Model& base) {
     };
     const auto view_with = [&](std::size_t s, std::vector<EffectColumns> columns,
                                const fit::FitOptions& options) {
-        return view_about(*stems_, s, base.effects_of(s, *stems_).sharing, base_of(s, options),
-                          std::move(columns));
+        return view_of(std::move(columns),
+                       shared_columns(base_of(s, options), (*stems_)[s].recordings,
+                                      base.effects_of(s, *stems_).sharing));
     };
     std::vector<EffectView> found;
     if (parts == 1) {

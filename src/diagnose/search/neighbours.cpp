@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "diagnose/search/neighbours.hpp"
-
+#include "diagnose/search/prediction.hpp"
 #include "fit/linear/layout.hpp"
 
 #include <algorithm>

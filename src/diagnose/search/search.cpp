@@ -4,7 +4,6 @@
 #include "core/error.hpp"
 #include "diagnose/adequacy.hpp"
 #include "diagnose/evidence/estimated_starts.hpp"
-#include "diagnose/search/neighbours.hpp"
 #include "diagnose/search/prediction.hpp"
 #include "fit/fit_numbers.hpp"
 #include "fit/start/starts.hpp"

@@ -68,16 +68,14 @@ class Motion {
 /// Parameter of a mode: a member with its unit and the deviation within which it is known to be 0.
 FreeParameter parameter_of(std::size_t mode, const char* name, const char* unit, double within,
                            double run::HigherMode::*member) {
-    FreeParameter parameter{
+    FreeParameter parameter = chain_parameter(
         {{{}, fmt::format("mode_{}_{}", mode + 1, name), {}},
          [mode, member](const run::CaseSpec& spec) { return spec.higher_modes[mode - 1].*member; },
          [mode, member](run::CaseSpec& spec, double value) {
              spec.higher_modes[mode - 1].*member = value;
          },
          within},
-        unit,
-        -20.0 * within,
-        20.0 * within};
+        unit, -20.0 * within, 20.0 * within);
     parameter.known_within = within;
     return parameter;
 }

@@ -1,18 +1,30 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/chain/parameter.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace culm::fit {
 
 using physics::FittedAs;
 
+FreeParameter chain_parameter(run::CaseParameter access, const char* unit, double lower,
+                              double upper, FittedAs fitted_as) {
+    FreeParameter parameter{{}, std::move(access)};
+    parameter.unit = unit;
+    parameter.lower = lower;
+    parameter.upper = upper;
+    parameter.fitted_as = fitted_as;
+    return parameter;
+}
+
 std::vector<FreeParameter> baseline_free_parameters() {
     std::vector<run::CaseParameter> baseline = run::baseline_parameters();
     // Wide enough for anything between gelatine and diamond: a fit that ends there has failed.
-    return {{std::move(baseline[0]), "Pa", 1e3, 1e13, FittedAs::Logarithm},
-            {std::move(baseline[1]), "", 1e-4, 1e6},
-            {std::move(baseline[2]), "m", -10.0, 10.0}};
+    return {chain_parameter(std::move(baseline[0]), "Pa", 1e3, 1e13, FittedAs::Logarithm),
+            chain_parameter(std::move(baseline[1]), "", 1e-4, 1e6),
+            chain_parameter(std::move(baseline[2]), "m", -10.0, 10.0)};
 }
 
 double to_coordinate(FittedAs fitted_as, double value) {
@@ -49,6 +61,15 @@ run::CaseParameter differentiated_by(const FreeParameter& parameter) {
 
 double derivative_by_coordinate(const FreeParameter& parameter, double value, double derivative) {
     return parameter.fitted_as == FittedAs::Logarithm ? derivative * value : derivative;
+}
+
+SteppedCases stepped(const run::CaseSpec& spec, const FreeParameter& parameter) {
+    const double value = parameter.access.get(spec);
+    const double step = relative_step * std::max(std::abs(value), parameter.access.scale);
+    SteppedCases cases{spec, spec, 2.0 * step * coordinate_slope(parameter.fitted_as, value)};
+    parameter.access.set(cases.below, value - step);
+    parameter.access.set(cases.above, value + step);
+    return cases;
 }
 
 } // namespace culm::fit

@@ -5,23 +5,20 @@
 #include "physics/effects/effect.hpp"
 #include "run/sensitivities.hpp"
 
-#include <string>
 #include <vector>
 
 namespace culm::fit {
 
-struct FreeParameter {
-    run::CaseParameter access; ///< its id, its getter and setter for a case, its typical size
-    std::string unit;          ///< "Pa"; empty for a pure number
-    double lower = 0.0;        ///< allowed range, including its bounds
-    double upper = 0.0;
-    physics::FittedAs fitted_as = physics::FittedAs::Itself; ///< else lower must be positive
-    bool is_place = false;                                   ///< as in physics::EffectParameter
-    double absent = 0.0;                                     ///< likewise
-    bool is_phase = false;                                   ///< likewise
-    double known = 0.0;                                      ///< its value, known within …
-    double known_within = 0.0;                               ///< … this; 0: it is not known
+/// Described as a number of an effect is. Its range includes its bounds, and `lower` is positive
+/// unless it is fitted as itself. A number of the plain chain has no name, meaning or scale here.
+struct FreeParameter : physics::EffectParameter {
+    run::CaseParameter access; ///< its id, its getter and setter for a case, the size for its steps
 };
+
+/// A number of the plain chain.
+[[nodiscard]] FreeParameter
+chain_parameter(run::CaseParameter access, const char* unit, double lower, double upper,
+                physics::FittedAs fitted_as = physics::FittedAs::Itself);
 
 /// Y (Pa) as its logarithm, β, in which decay is linear and which may vanish, and the tip's
 /// deflection before the release (m).
@@ -39,5 +36,16 @@ struct FreeParameter {
 /// Converts a derivative by that number to the derivative by the coordinate, at `value`.
 [[nodiscard]] double derivative_by_coordinate(const FreeParameter& parameter, double value,
                                               double derivative);
+
+/// Step of central differences, relative to a number's size. Where the function is smooth, their
+/// error is the square of this step, and that of rounding is 1e-16 over the step.
+constexpr double relative_step = 1e-5;
+
+/// The cases a step below and a step above a parameter's value.
+struct SteppedCases {
+    run::CaseSpec below, above;
+    double distance; ///< between their coordinates of the parameter
+};
+[[nodiscard]] SteppedCases stepped(const run::CaseSpec& spec, const FreeParameter& parameter);
 
 } // namespace culm::fit

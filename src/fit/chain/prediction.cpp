@@ -30,10 +30,6 @@ namespace {
 constexpr double most_steps_per_period = 400.0;
 constexpr double most_steps_per_sample = 1.0; ///< added to these for fast visible motion
 
-/// Relative to a parameter's size. The support's path is smooth: the error of a central difference
-/// is the square of this step, and that of rounding is 1e-16 over the step.
-constexpr double relative_step = 1e-5;
-
 /// The case with the duration that the readings need for any release within its bounds, because the
 /// duration must not depend on the fitted parameters.
 run::CaseSpec case_until(const StemModel& model, double last_time) {
@@ -126,23 +122,6 @@ double held_shift(const run::CaseModel& held, double free_length, double time, d
            (1.0 + held.camera.scale_change * height / free_length);
 }
 
-/// The cases below and above a value of a parameter.
-struct Neighbours {
-    run::CaseModel below, above;
-    double distance; ///< between their coordinates of the parameter
-};
-
-Neighbours neighbours_of(const run::CaseSpec& spec, const FreeParameter& parameter) {
-    const double value = parameter.access.get(spec);
-    const double step = relative_step * std::max(std::abs(value), parameter.access.scale);
-    run::CaseSpec below = spec;
-    run::CaseSpec above = spec;
-    parameter.access.set(below, value - step);
-    parameter.access.set(above, value + step);
-    return {run::case_model(below), run::case_model(above),
-            2.0 * step * coordinate_slope(parameter.fitted_as, value)};
-}
-
 /// The held stem and its holder are fixed to the support and move with it as one body. (A finger on
 /// firm ground would bend the stem in time with the support. The lower heights, which show the
 /// motion of the support best, hardly distinguish the two cases.)
@@ -152,9 +131,16 @@ void move_held_frames(const StemModel& model, std::span<const double> times,
     const run::CaseModel held = run::case_model(model.spec);
     if (!held.chain.base_motion)
         return;
+    struct Neighbours {
+        run::CaseModel below, above;
+        double distance; ///< as in SteppedCases
+    };
     std::vector<Neighbours> neighbours; // by parameter
-    for (const FreeParameter& parameter : model.parameters)
-        neighbours.push_back(neighbours_of(model.spec, parameter));
+    for (const FreeParameter& parameter : model.parameters) {
+        const SteppedCases cases = stepped(model.spec, parameter);
+        neighbours.push_back(
+            {run::case_model(cases.below), run::case_model(cases.above), cases.distance});
+    }
     const double step = relative_step / held.chain.base_motion->angular_frequency;
     for (std::size_t i = 0; i < times.size() && times[i] < model.release_time; ++i)
         for (std::size_t j = 0; j < prediction.rows; ++j) {
@@ -174,13 +160,6 @@ void move_held_frames(const StemModel& model, std::span<const double> times,
         }
 }
 
-/// Index of a free parameter of the chain in the model; the parameter count if it is not free.
-std::size_t place_of(const StemModel& model, const physics::ParameterId& id) {
-    const auto found = std::ranges::find_if(
-        model.parameters, [&](const auto& parameter) { return parameter.access.id == id; });
-    return static_cast<std::size_t>(found - model.parameters.begin());
-}
-
 /// Index of the frame at this time in the errors; empty if they have none.
 std::optional<std::size_t> frame_at(const ReadingErrors& errors, double time) {
     const auto found = std::ranges::lower_bound(errors.times, time);
@@ -193,8 +172,8 @@ std::optional<std::size_t> frame_at(const ReadingErrors& errors, double time) {
 void add_errors(const StemModel& model, std::span<const double> times,
                 ChainPrediction& prediction) {
     const ReadingErrors& errors = *model.errors;
-    const std::size_t modulus = place_of(model, physics::bond_youngs_modulus);
-    const std::size_t damping = place_of(model, physics::bond_damping);
+    const std::size_t modulus = model.place_of(physics::bond_youngs_modulus);
+    const std::size_t damping = model.place_of(physics::bond_damping);
     const std::size_t count = model.parameters.size();
     for (std::size_t i = 0; i < times.size(); ++i) {
         const std::optional<std::size_t> frame = frame_at(errors, times[i]);
@@ -246,21 +225,24 @@ ChainPrediction readings_of(const StemModel& model, const run::CaseSpec& spec,
     return prediction;
 }
 
-/// predict_together() for superposed models.
-std::vector<ChainPrediction> superposed_together(std::span<const StemModel> models,
-                                                 std::span<const double> times,
-                                                 const run::Heartbeat& heartbeat) {
+/// The readings of superposed models that differ only in their numbers; empty for other models.
+/// `predict` gives the predictions of planar models.
+template <class Predict>
+std::vector<ChainPrediction> predict_superposed(std::span<const StemModel> models,
+                                                const Predict& predict) {
     std::vector<std::vector<PlanarModel>> parts; // (models)(parts)
     parts.reserve(models.size());
     for (const StemModel& model : models)
         parts.push_back(planar_models(model));
+    if (parts.empty() || parts.front().empty())
+        return {};
     std::vector<std::vector<ChainPrediction>> predictions(models.size()); // (models)(parts)
     for (std::size_t k = 0; k < parts.front().size(); ++k) {
         std::vector<StemModel> planar;
         planar.reserve(models.size());
         for (const std::vector<PlanarModel>& of_model : parts)
             planar.push_back(of_model[k].model);
-        std::vector<ChainPrediction> of_part = predict_together(planar, times, heartbeat);
+        std::vector<ChainPrediction> of_part = predict(planar);
         for (std::size_t m = 0; m < models.size(); ++m)
             predictions[m].push_back(std::move(of_part[m]));
     }
@@ -275,13 +257,11 @@ std::vector<ChainPrediction> superposed_together(std::span<const StemModel> mode
 
 ChainPrediction predict_readings(const StemModel& model, std::span<const double> times,
                                  const run::Heartbeat& heartbeat) {
-    if (const std::vector<PlanarModel> parts = planar_models(model); !parts.empty()) {
-        std::vector<ChainPrediction> predictions;
-        predictions.reserve(parts.size());
-        for (const PlanarModel& part : parts)
-            predictions.push_back(predict_readings(part.model, times, heartbeat));
-        return superposed(model, parts, predictions);
-    }
+    const auto predict_one = [&](std::span<const StemModel> planar) {
+        return std::vector{predict_readings(planar.front(), times, heartbeat)};
+    };
+    if (auto sums = predict_superposed({&model, 1}, predict_one); !sums.empty())
+        return std::move(sums.front());
     const run::CaseSpec spec = case_until(model, times.empty() ? 0.0 : times.back());
     std::vector<run::CaseParameter> accesses;
     std::vector<double> values;
@@ -303,8 +283,11 @@ ChainPrediction predict_readings(const StemModel& model, std::span<const double>
 std::vector<ChainPrediction> predict_together(std::span<const StemModel> models,
                                               std::span<const double> times,
                                               const run::Heartbeat& heartbeat) {
-    if (!models.empty() && !planar_models(models.front()).empty())
-        return superposed_together(models, times, heartbeat);
+    const auto predict_all = [&](std::span<const StemModel> planar) {
+        return predict_together(planar, times, heartbeat);
+    };
+    if (auto sums = predict_superposed(models, predict_all); !sums.empty())
+        return sums;
     const double last_time = times.empty() ? 0.0 : times.back();
     std::vector<ChainPrediction> predictions;
     while (predictions.size() < models.size()) {

@@ -82,6 +82,12 @@ std::vector<physics::ParameterId> StemModel::free_ids() const {
     return ids;
 }
 
+std::size_t StemModel::place_of(const physics::ParameterId& id) const {
+    const auto found = std::ranges::find_if(
+        parameters, [&](const auto& parameter) { return parameter.access.id == id; });
+    return static_cast<std::size_t>(found - parameters.begin());
+}
+
 double StemModel::value(std::size_t k) const {
     if (k < parameters.size())
         return parameters[k].access.get(spec);
@@ -169,20 +175,17 @@ StemModel with_spheres(StemModel model, int spheres) {
 
 FreeParameter effect_parameter(const physics::Effect& effect,
                                const physics::StemParameters<double>& stem, std::size_t parameter) {
-    const physics::EffectParameter described = effect.parameters_for(stem).at(parameter);
+    FreeParameter out{effect.parameters_for(stem).at(parameter), {}};
     const std::string name = effect.name;
-    run::CaseParameter access{
-        {name, described.name, {}},
-        [name, parameter](const run::CaseSpec& spec) {
-            return active_values(spec, name)[parameter];
-        },
-        [name, parameter](run::CaseSpec& spec, double value) {
-            active_values(spec, name)[parameter] = value;
-        },
-        described.fitted_as == physics::FittedAs::Logarithm ? 0.0 : described.scale};
-    return {std::move(access),       described.unit,        described.lower,  described.upper,
-            described.fitted_as,     described.is_place,    described.absent, described.is_phase,
-            described.default_value, described.known_within};
+    out.access = {{name, out.name, {}},
+                  [name, parameter](const run::CaseSpec& spec) {
+                      return active_values(spec, name)[parameter];
+                  },
+                  [name, parameter](run::CaseSpec& spec, double value) {
+                      active_values(spec, name)[parameter] = value;
+                  },
+                  out.fitted_as == physics::FittedAs::Logarithm ? 0.0 : out.scale};
+    return out;
 }
 
 StemModel with_effect(StemModel model, const physics::SelectedEffect& selected,

@@ -42,6 +42,8 @@ struct StemModel {
     [[nodiscard]] const ErrorTerm& error_term(std::size_t k) const {
         return errors->terms[k - first_error()];
     }
+    /// Index of a free parameter of the case; the parameter count if it is not free.
+    [[nodiscard]] std::size_t place_of(const physics::ParameterId& id) const;
     [[nodiscard]] double value(std::size_t k) const; ///< of the fitted number, SI units
     void set_value(std::size_t k, double value);
     [[nodiscard]] std::pair<double, double> bounds(std::size_t k) const; ///< of its value

@@ -9,9 +9,6 @@
 namespace culm::fit {
 namespace {
 
-/// Relative to a parameter's size: weights and factors are smooth functions of it.
-constexpr double parameter_step = 1e-5;
-
 struct Parts {
     const physics::ActiveEffect* effect = nullptr;
     std::vector<physics::PlanarPart> parts;
@@ -24,22 +21,17 @@ Parts parts_of(const run::CaseSpec& spec) {
     return {};
 }
 
-/// Derivatives of weights and factors by the coordinate of a free parameter of the effect.
+/// Derivatives of weights and factors, which are smooth, by the coordinate of a free parameter of
+/// the effect.
 std::vector<physics::PlanarPart> derivative_of_parts(const StemModel& model,
                                                      const FreeParameter& parameter) {
-    const double value = parameter.access.get(model.spec);
-    const double step = parameter_step * std::max(std::abs(value), parameter.access.scale);
-    run::CaseSpec below = model.spec;
-    run::CaseSpec above = model.spec;
-    parameter.access.set(below, value - step);
-    parameter.access.set(above, value + step);
-    const Parts at_below = parts_of(below);
-    const double distance = 2.0 * step * coordinate_slope(parameter.fitted_as, value);
-    std::vector<physics::PlanarPart> derivative = parts_of(above).parts;
+    const SteppedCases cases = stepped(model.spec, parameter);
+    const Parts at_below = parts_of(cases.below);
+    std::vector<physics::PlanarPart> derivative = parts_of(cases.above).parts;
     for (std::size_t k = 0; k < derivative.size(); ++k) {
-        derivative[k].weight = (derivative[k].weight - at_below.parts[k].weight) / distance;
+        derivative[k].weight = (derivative[k].weight - at_below.parts[k].weight) / cases.distance;
         derivative[k].modulus_factor =
-            (derivative[k].modulus_factor - at_below.parts[k].modulus_factor) / distance;
+            (derivative[k].modulus_factor - at_below.parts[k].modulus_factor) / cases.distance;
     }
     return derivative;
 }
@@ -54,10 +46,7 @@ void add_derivatives(const StemModel& model, const physics::Effect& effect, cons
                      const ChainPrediction& prediction,
                      const std::vector<physics::PlanarPart>& part_derivatives,
                      ChainPrediction& sum) {
-    const auto modulus_place = static_cast<std::size_t>(
-        std::ranges::find(part.model.parameters, physics::bond_youngs_modulus,
-                          [](const FreeParameter& each) { return each.access.id; }) -
-        part.model.parameters.begin());
+    const std::size_t modulus_place = part.model.place_of(physics::bond_youngs_modulus);
     for (std::size_t at = 0; at < prediction.readings.size(); ++at) {
         const double* from = prediction.jacobian.data() + at * prediction.parameters;
         double* to = sum.jacobian.data() + at * sum.parameters;

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/errors/division.hpp"
-
+#include "fit/errors/terms.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>

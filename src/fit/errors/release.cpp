@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/errors/release.hpp"
-
+#include "fit/errors/terms.hpp"
 #include "fit/linear/scaled_solve.hpp"
 #include "run/modes.hpp"
 

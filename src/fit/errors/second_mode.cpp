@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/errors/second_mode.hpp"
-
 #include "fit/chain/higher_modes.hpp"
+#include "fit/errors/terms.hpp"
 #include "run/case_model.hpp"
 #include "run/modes.hpp"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/errors/observation.hpp"
+#include "fit/errors/terms.hpp"
 
 #include <algorithm>
 #include <cstddef>

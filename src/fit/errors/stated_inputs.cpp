@@ -174,7 +174,7 @@ class InputChanges {
         for (const StatedInput& input : inputs) {
             columns_.push_back(model.parameters.size());
             if (input.acts == InputActs::OnChain)
-                model.parameters.push_back({input.access, input.unit});
+                model.parameters.emplace_back().access = input.access;
         }
         add_rows(-distance_, model.spec);
         add_rows(distance_, model.spec);

@@ -88,7 +88,7 @@ void add_known(const JointLayout& layout, std::span<const SystemPart> parts, Wei
         out.residual.conservativeResizeLike(Eigen::VectorXd::Zero(row + 1));
         out.predicted.conservativeResizeLike(Eigen::VectorXd::Zero(row + 1));
         out.jacobian(row, static_cast<Eigen::Index>(k)) = 1.0 / parameter.known_within;
-        out.residual(row) = (parameter.known - model.value(place)) / parameter.known_within;
+        out.residual(row) = (parameter.default_value - model.value(place)) / parameter.known_within;
         ++out.constraints;
     }
 }

@@ -3,7 +3,7 @@
 //
 // The error of a chain of bonds of length a is of order a². A fit adds α (y₂ − y₁), the difference
 // to the chain of bonds half as long with the same first mode, with α = 4/3 ± 1/3
-// (errors/division.hpp); what remains is about (y₂ − y₁)/3 without the part that Y, β, the
+// (errors/terms.hpp); what remains is about (y₂ − y₁)/3 without the part that Y, β, the
 // pull and the release imitate. One pair of runs shows it.
 #pragma once
 

@@ -27,12 +27,6 @@ namespace {
 constexpr std::size_t most_starts = 12;
 constexpr std::size_t most_beats = 2;
 
-/// The effect's parameter for a free one; empty for parameters of the plain chain.
-std::optional<physics::EffectParameter> described(const StemModel& model,
-                                                  const FreeParameter& parameter) {
-    return physics::parameter_named(model.spec.effects, parameter.access.id);
-}
-
 /// Amplitude at which the effect vanishes, clamped to the bounds.
 double absent_value(const FreeParameter& parameter) {
     return parameter.fitted_as == physics::FittedAs::Inverse
@@ -56,9 +50,8 @@ std::vector<StemModel> beat_starts(const StemModel& first, const RecordingFit& s
         start.spec.stem.bond_damping *= beat.decay_rate / -mode.decay_rate;
         start.spec.tip_deflection *= beat.amplitude;
         for (const FreeParameter& parameter : start.parameters) {
-            const auto of = described(start, parameter);
-            const double value = of && of->start_from_beat != nullptr
-                                     ? of->start_from_beat({beat.split, beat.angle})
+            const double value = parameter.start_from_beat != nullptr
+                                     ? parameter.start_from_beat({beat.split, beat.angle})
                                      : parameter.access.get(start.spec);
             parameter.access.set(start.spec, std::clamp(value, parameter.lower, parameter.upper));
         }
@@ -242,8 +235,7 @@ std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& sm
                 parameter.access.set(first.spec, absent_value(parameter));
     if (size != StartSize::Absent &&
         std::ranges::any_of(first.parameters, [&](const FreeParameter& parameter) {
-            const auto of = described(first, parameter);
-            return of && !of->is_place && of->start_from_beat != nullptr &&
+            return !parameter.is_place && parameter.start_from_beat != nullptr &&
                    smaller.find(parameter.access.id) == nullptr;
         }))
         if (auto starts = beat_starts(first, smaller); !starts.empty())
@@ -252,13 +244,12 @@ std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& sm
     scales.residual_peaks = [&smaller] { return residual_peaks(smaller, 2); };
     std::vector<StemModel> starts{first};
     for (const FreeParameter& parameter : first.parameters) {
-        const auto of = described(first, parameter);
-        if (!of || of->start_values == nullptr || smaller.find(parameter.access.id) != nullptr ||
-            (!of->is_place && size == StartSize::Absent))
+        if (parameter.start_values == nullptr || smaller.find(parameter.access.id) != nullptr ||
+            (!parameter.is_place && size == StartSize::Absent))
             continue;
         std::vector<StemModel> finer;
         for (const StemModel& start : starts)
-            for (const double value : of->start_values(scales)) {
+            for (const double value : parameter.start_values(scales)) {
                 StemModel& added = finer.emplace_back(start);
                 parameter.access.set(added.spec,
                                      std::clamp(value, parameter.lower, parameter.upper));
@@ -273,8 +264,7 @@ std::vector<StemModel> fit_starts(const StemModel& model, const RecordingFit& sm
 
 bool has_own_sizes(const StemModel& model, const RecordingFit& smaller) {
     return std::ranges::any_of(model.parameters, [&](const auto& parameter) {
-        const auto of = described(model, parameter);
-        return of && of->start_values != nullptr && !of->is_place &&
+        return parameter.start_values != nullptr && !parameter.is_place &&
                smaller.find(parameter.access.id) == nullptr;
     });
 }

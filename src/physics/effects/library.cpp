@@ -80,16 +80,6 @@ BelongsTo belongs_to(std::string_view name) {
     return found == owners.end() ? BelongsTo::Stem : found->second;
 }
 
-std::optional<EffectParameter> parameter_named(std::span<const ActiveEffect> effects,
-                                               const ParameterId& id) {
-    for (const ActiveEffect& active : effects)
-        if (active.effect->name == id.effect)
-            for (const EffectParameter& parameter : active.effect->parameters)
-                if (parameter.name == id.name)
-                    return parameter;
-    return std::nullopt;
-}
-
 void check_combination(std::span<const EffectPointer> effects) {
     std::vector<std::string> names;
     for (const EffectPointer& effect : effects) {

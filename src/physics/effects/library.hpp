@@ -26,10 +26,6 @@ namespace culm::physics {
 /// Owner of the effect of that name: the stem for users' effects and any other name.
 [[nodiscard]] BelongsTo belongs_to(std::string_view name);
 
-/// The parameter of one of these effects; empty if none has it.
-[[nodiscard]] std::optional<EffectParameter> parameter_named(std::span<const ActiveEffect> effects,
-                                                             const ParameterId& id);
-
 /// Throws core::InputError with the reason if an effect occurs twice or one excludes another.
 void check_combination(std::span<const EffectPointer> effects);
 

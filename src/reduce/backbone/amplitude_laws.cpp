@@ -2,7 +2,9 @@
 #include "reduce/backbone/amplitude_laws.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -18,6 +20,34 @@ constexpr double least_range = 1.2;  ///< of the amplitudes
 constexpr double lowest_power = 0.2; ///< below, a power is a constant
 constexpr double highest_power = 3.5;
 constexpr double power_step = 0.01;
+
+struct ClassText {
+    const char* name;
+    const char* sentence;
+};
+
+/// In the order of AmplitudeClass.
+constexpr std::array<ClassText, 6> class_texts{{
+    {"linear",
+     "Neither damping ratio nor frequency depends on the amplitude: losses are linear (material, "
+     "still air, clamp), and masses, stiffness and clamp show in the frequency alone."},
+    {"friction",
+     "The damping ratio falls with the amplitude, as with dry friction in the clamp or at a "
+     "cable."},
+    {"drag",
+     "The damping ratio grows with the amplitude and the frequency stays, as with drag of the air "
+     "or a material whose loss grows with the strain."},
+    {"edges or slip",
+     "The damping ratio grows and the frequency falls with the amplitude, as with the air at the "
+     "edges of a plate or a joint that slips."},
+    {"stiffness",
+     "The frequency changes with the amplitude and the damping ratio stays, as with a bending "
+     "stiffness that is not constant or a large swing."},
+    {"beat",
+     "The amplitude does not fall steadily, as with two planes of bending, two close modes or a "
+     "moving support."},
+}};
+static_assert(class_texts.size() == static_cast<std::size_t>(AmplitudeClass::Beat) + 1);
 
 /// Values with standard errors at amplitudes over the largest one.
 struct Points {
@@ -248,46 +278,11 @@ std::optional<AmplitudeLaws> amplitude_laws(std::span<const BackbonePoint> point
 }
 
 std::string to_string(AmplitudeClass of) {
-    switch (of) {
-    case AmplitudeClass::Friction:
-        return "friction";
-    case AmplitudeClass::Drag:
-        return "drag";
-    case AmplitudeClass::EdgesSlip:
-        return "edges or slip";
-    case AmplitudeClass::Stiffness:
-        return "stiffness";
-    case AmplitudeClass::Beat:
-        return "beat";
-    case AmplitudeClass::Linear:
-        break;
-    }
-    return "linear";
+    return class_texts[static_cast<std::size_t>(of)].name;
 }
 
 std::string sentence(AmplitudeClass of) {
-    switch (of) {
-    case AmplitudeClass::Friction:
-        return "The damping ratio falls with the amplitude, as with dry friction in the clamp or "
-               "at a cable.";
-    case AmplitudeClass::Drag:
-        return "The damping ratio grows with the amplitude and the frequency stays, as with drag "
-               "of the air or a material whose loss grows with the strain.";
-    case AmplitudeClass::EdgesSlip:
-        return "The damping ratio grows and the frequency falls with the amplitude, as with the "
-               "air at the edges of a plate or a joint that slips.";
-    case AmplitudeClass::Stiffness:
-        return "The frequency changes with the amplitude and the damping ratio stays, as with a "
-               "bending stiffness that is not constant or a large swing.";
-    case AmplitudeClass::Beat:
-        return "The amplitude does not fall steadily, as with two planes of bending, two close "
-               "modes or a moving support.";
-    case AmplitudeClass::Linear:
-        break;
-    }
-    return "Neither damping ratio nor frequency depends on the amplitude: losses are linear "
-           "(material, still air, clamp), and masses, stiffness and clamp show in the frequency "
-           "alone.";
+    return class_texts[static_cast<std::size_t>(of)].sentence;
 }
 
 AmplitudeClass amplitude_class(std::span<const BackbonePoint> points, const AmplitudeLaws& laws,

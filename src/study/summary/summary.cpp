@@ -99,17 +99,10 @@ TimestepStem read_stem(const Results& results, const run::CaseSpec& spec,
 }
 
 reduce::TimestepRegression regression_of(const std::vector<TimestepStem>& stems) {
-    std::vector<double> moduli;
-    std::vector<double> dampings;
-    std::vector<double> bond_times;
-    std::vector<double> limits;
-    for (const TimestepStem& stem : stems) {
-        moduli.push_back(stem.youngs_modulus);
-        dampings.push_back(stem.bond_damping);
-        bond_times.push_back(stem.bond_time);
-        limits.push_back(stem.limit());
-    }
-    return reduce::regress_timesteps({moduli, dampings, bond_times, limits});
+    std::vector<reduce::TimestepPoint> points;
+    for (const TimestepStem& stem : stems)
+        points.push_back({stem.youngs_modulus, stem.bond_damping, stem.bond_time, stem.limit()});
+    return reduce::regress_timesteps(points);
 }
 
 } // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "reduce/ring_down/stem_ring_downs.hpp"
+#include "residuals/stem_ring_downs.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -9,28 +9,29 @@
 
 namespace {
 
-using namespace culm::reduce;
+using namespace culm::residuals;
+using culm::measure::Measurement;
 
 /// A stem of 0.16 m with ten heights whose decay per cycle changes by `slope` from clamp to tip.
-StemHistories stem(double decay, double frequency, double slope, unsigned seed) {
+Measurement stem(double decay, double frequency, double slope, unsigned seed) {
     std::mt19937 random(seed);
     std::normal_distribution<double> noise(0.0, 5e-5);
-    StemHistories result;
-    result.length = 0.16;
-    result.depth = 2.5e-3;
+    Measurement result;
+    result.stem.length = 0.16;
+    result.stem.section = culm::measure::CircularSection{2.5e-3, {}};
+    result.noise = 5e-5;
     for (int i = 0; i < 300; ++i)
         result.times.push_back(i / 960.0);
-    for (int j = 1; j <= 10; ++j) {
-        const double place = j / 10.0;
+    result.deflections.resize(10 * result.times.size());
+    for (std::size_t j = 0; j < 10; ++j) {
+        const double place = static_cast<double>(j + 1) / 10.0;
+        result.heights.push_back(place * result.stem.length);
         const double rate = (decay + slope * place) * frequency;
-        std::vector<double> history;
-        for (const double t : result.times)
-            history.push_back(0.02 * place * place * std::exp(rate * t) *
-                                  std::cos(2.0 * std::numbers::pi * frequency * t) +
-                              noise(random));
-        result.heights.push_back(place * result.length);
-        result.histories.push_back(history);
-        result.noise.emplace_back(5e-5);
+        for (std::size_t i = 0; i < result.times.size(); ++i)
+            result.deflections[10 * i + j] =
+                0.02 * place * place * std::exp(rate * result.times[i]) *
+                    std::cos(2.0 * std::numbers::pi * frequency * result.times[i]) +
+                noise(random);
     }
     return result;
 }
@@ -68,14 +69,14 @@ TEST(StemRingDowns, CommonBandingIsFoundInTheMeanOfTheSlopes) {
 }
 
 TEST(StemRingDowns, HeightThatCannotBeFittedIsNamedAndTheOthersCount) {
-    StemHistories input = stem(-0.4, 60.0, 0.0, 1);
-    input.histories[2].assign(input.times.size(), std::nan(""));
+    Measurement input = stem(-0.4, 60.0, 0.0, 1);
+    for (std::size_t i = 0; i < input.times.size(); ++i)
+        input.deflections[10 * i + 2] = std::nan("");
     const StemRingDowns fit = fit_stem(input, {});
     EXPECT_FALSE(fit.heights[2].fit);
     EXPECT_NE(fit.heights[2].failure.find("the history has 0"), std::string::npos);
     EXPECT_TRUE(fit.frequency);
-    for (auto& history : input.histories)
-        history.assign(input.times.size(), 1e-3);
+    input.deflections.assign(input.deflections.size(), 1e-3);
     std::vector<StemRingDowns> stems{fit_stem(input, {})};
     EXPECT_FALSE(stems[0].frequency);
     EXPECT_EQ(summarise_population(stems).stems, 0U);
