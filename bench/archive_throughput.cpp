@@ -3,6 +3,7 @@
 #include "archive/journal/read.hpp"
 #include "archive/journal/writer.hpp"
 #include "archive/study/writer.hpp"
+#include "archive/trajectory/writer.hpp"
 #include "bench/cpu_time.hpp"
 #include "bench/run_program.hpp"
 
@@ -12,6 +13,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <fmt/core.h>
@@ -79,7 +81,7 @@ struct Costs {
     double scan = 0.0;
     double read = 0.0;
     double hdf5 = 0.0;
-    double bytes = 0.0;       ///< of the journal
+    double bytes = 0.0;       ///< of journal and trajectories
     double study_bytes = 0.0; ///< of study.h5
 };
 
@@ -90,15 +92,24 @@ Costs measure(const Level& level, const std::filesystem::path& folder) {
     Costs costs;
     double start = cpu_seconds();
     {
+        const archive::StudyDescription description = description_of(level);
+        archive::TrajectoryWriter trajectories(folder / "trajectories", 0, description,
+                                               level.points);
         archive::JournalWriter journal(journals / "rank-00000.culmj", identity);
+        const std::vector<double> positions = std::exchange(record.positions, {});
         for (std::int64_t point = 0; point < level.points; ++point) {
             record.point = point;
             record.values[0] = static_cast<double>(point);
+            if (level.has_positions)
+                record.trajectory = trajectories.write(positions);
             journal.append(record);
         }
     }
     costs.append = cpu_seconds() - start;
-    costs.bytes = static_cast<double>(std::filesystem::file_size(journals / "rank-00000.culmj"));
+    costs.bytes = static_cast<double>(std::filesystem::file_size(journals / "rank-00000.culmj")) +
+                  (level.has_positions
+                       ? static_cast<double>(level.points) * sizeof(double) * samples * spheres * 3
+                       : 0.0);
     start = cpu_seconds();
     archive::JournalIndex index(archive::scan_journal_folder(journals, identity));
     costs.scan = cpu_seconds() - start;

@@ -28,19 +28,25 @@ struct Run {
     double wall = 0.0;     ///< s, of everything between the start and the end of the study
     double busy = 0.0;     ///< share of the ranks' time in the map that went into work functions
     double outside = 0.0;  ///< share of the wall time outside the map, when one rank works
+    double storage = 0.0;  ///< s, of journals and trajectories, on this rank
     double assembly = 0.0; ///< s
 };
 
 using Task = std::function<Run(const farm::Communicator* communicator)>;
 
+/// On rank 0; elsewhere unspecified.
+double mean_over_ranks(const farm::Communicator& communicator, double value) {
+    double sum = 0.0;
+    for (const std::string& text : communicator.gather(fmt::format("{:.17g}", value)))
+        sum += std::stod(text);
+    return sum / communicator.size();
+}
+
 /// Wall time of the whole task on every rank at once, without a message between them: the mean over
 /// the ranks, in s, on rank 0.
 double run_apart(const farm::Communicator& communicator, const Task& task) {
     communicator.barrier();
-    double sum = 0.0;
-    for (const std::string& wall : communicator.gather(fmt::format("{:.17g}", task(nullptr).wall)))
-        sum += std::stod(wall);
-    return sum / communicator.size();
+    return mean_over_ranks(communicator, task(nullptr).wall);
 }
 
 /// Compares one job of all ranks with ranks that do the whole work each. Both keep all cores busy,
@@ -115,6 +121,7 @@ Run real_study(const farm::Communicator* communicator, const std::filesystem::pa
     if (!outcome.archive_is_complete)
         throw farm::FarmError("the study was not completed");
     Run run = measured(outcome.farm, start);
+    run.storage = outcome.storage_s;
     run.assembly = outcome.assembly_s;
     return run;
 }
@@ -143,14 +150,16 @@ void print_shares(const farm::Communicator& communicator, const std::filesystem:
     const bool is_root = communicator.rank() == 0;
     if (is_root)
         fmt::print("\n## Share of the archive in the wall time of a study, {} ranks\n\n| stored | "
-                   "wall, s | journals to study file, s | share |\n|---|---:|---:|---:|\n",
+                   "wall, s | journals and trajectories, s | study file, s | share |\n"
+                   "|---|---:|---:|---:|---:|\n",
                    communicator.size());
     for (const char* store : {"fit", "tip", "heights", "full"}) {
         const Run run =
             real_study(&communicator, scratch, agreed_study_text(communicator, store, 5.0));
+        const double storage = mean_over_ranks(communicator, run.storage);
         if (is_root)
-            fmt::print("| {} | {:.2f} | {:.3f} | {:.2f} % |\n", store, run.wall, run.assembly,
-                       100.0 * run.assembly / run.wall);
+            fmt::print("| {} | {:.2f} | {:.3f} | {:.3f} | {:.2f} % |\n", store, run.wall, storage,
+                       run.assembly, 100.0 * (storage + run.assembly) / run.wall);
     }
 }
 

@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Two designs for the trajectories of a rank, killed while they write: what is lost, what is slow?
 //
-// reserved  HDF5 creates a file with room for many trajectories (contiguous datasets, allocated and
-//           not written) and closes it: it is complete from then on. Each trajectory is one write
-//           to the address of the next dataset; a journal holds its place and its checksum
+// reserved  the design of culm (archive/trajectory/writer.hpp): files with allocated datasets,
+// which
+//           HDF5 has closed; a journal holds the place and the checksum of each trajectory
 // flushed   the usual design: a dataset for each trajectory in an open HDF5 file, which is flushed
 //           after each batch of eight
-#include "archive/bytes.hpp"
 #include "archive/hdf5/handle.hpp"
 #include "archive/journal/read.hpp"
 #include "archive/journal/writer.hpp"
+#include "archive/trajectory/reader.hpp"
+#include "archive/trajectory/writer.hpp"
 #include "bench/run_program.hpp"
 #include "core/error.hpp"
 
@@ -22,12 +23,10 @@
 #include <memory>
 #include <optional>
 #include <random>
-#include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
-#include <fcntl.h>
 #include <fmt/core.h>
 #include <hdf5.h>
 #include <signal.h>
@@ -69,74 +68,25 @@ std::string dataset_name(std::int64_t number) {
     return fmt::format("trajectory_{:04}", number);
 }
 
-fs::path reserved_path(const fs::path& folder, std::int64_t file) {
-    return folder / fmt::format("rank-00000-{:04}.h5", file);
+archive::StudyDescription description() {
+    archive::StudyDescription study;
+    study.stored.positions = true;
+    for (hsize_t k = 0; k < samples; ++k)
+        study.times.push_back(1e-4 * static_cast<double>(k));
+    study.spheres = spheres;
+    return study;
 }
-
-/// The addresses of `room` datasets in a new file, which is closed again, bytes.
-std::vector<haddr_t> reserve(const fs::path& path, std::int64_t room) {
-    const archive::FileHandle file(
-        checked(H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, H5P_DEFAULT), "create", path));
-    const archive::DataspaceHandle space(H5Screate_simple(3, shape.data(), nullptr));
-    const archive::PropertyListHandle layout(H5Pcreate(H5P_DATASET_CREATE));
-    checked(H5Pset_alloc_time(layout.get(), H5D_ALLOC_TIME_EARLY), "allocate", path);
-    checked(H5Pset_fill_time(layout.get(), H5D_FILL_TIME_NEVER), "leave out fill values", path);
-    std::vector<haddr_t> addresses;
-    for (std::int64_t number = 0; number < room; ++number) {
-        const archive::DatasetHandle dataset(
-            checked(H5Dcreate2(file.get(), dataset_name(number).c_str(), H5T_IEEE_F64LE,
-                               space.get(), H5P_DEFAULT, layout.get(), H5P_DEFAULT),
-                    "create a dataset", path));
-        addresses.push_back(H5Dget_offset(dataset.get()));
-    }
-    return addresses;
-}
-
-/// Writes at the address, asks the kernel to begin with the disk, and frees the memory of what was
-/// written four trajectories ago: a process that continues in the same memory writes several times
-/// as fast. Nothing waits for the disk.
-class WriterBehind {
-  public:
-    explicit WriterBehind(const fs::path& path) : descriptor_(::open(path.c_str(), O_WRONLY)) {}
-    ~WriterBehind() { ::close(descriptor_); }
-    WriterBehind(const WriterBehind&) = delete;
-    WriterBehind& operator=(const WriterBehind&) = delete;
-
-    void write(std::span<const std::byte> bytes, haddr_t address) {
-        const auto begin = static_cast<off_t>(address);
-        const auto size = static_cast<off_t>(bytes.size());
-        if (::pwrite(descriptor_, bytes.data(), bytes.size(), begin) != size)
-            throw core::StorageError("a trajectory cannot be written");
-        (void)::sync_file_range(descriptor_, begin, size, SYNC_FILE_RANGE_WRITE);
-        behind_.push_back(begin);
-        if (behind_.size() > 4)
-            (void)::posix_fadvise(descriptor_, behind_[behind_.size() - 5], size,
-                                  POSIX_FADV_DONTNEED);
-    }
-
-  private:
-    int descriptor_;
-    std::vector<off_t> behind_;
-};
 
 void write_reserved(const fs::path& folder, const std::function<void(std::int64_t)>& commit) {
-    constexpr std::int64_t room = 25;
+    constexpr std::int64_t expected = 100; // a file has room for a quarter
+    const archive::StudyDescription study = description();
     archive::JournalWriter journal(folder / "rank-00000.culmj", identity);
-    std::vector<haddr_t> addresses;
-    std::optional<WriterBehind> file;
+    archive::TrajectoryWriter trajectories(folder, 0, study, expected);
     for (std::int64_t point = 0;; ++point) {
-        if (point % room == 0) {
-            addresses = reserve(reserved_path(folder, point / room), room);
-            file.emplace(reserved_path(folder, point / room));
-        }
-        const std::vector<double> values = trajectory(point);
-        const std::span<const std::byte> bytes = std::as_bytes(std::span(values));
-        file->write(bytes, addresses[static_cast<std::size_t>(point % room)]);
         archive::PointRecord record;
         record.point = point;
         record.completed = true;
-        record.values = {static_cast<double>(point / room), static_cast<double>(point % room),
-                         static_cast<double>(archive::crc32(bytes))};
+        record.trajectory = trajectories.write(trajectory(point));
         journal.append(record);
         commit(point);
     }
@@ -157,16 +107,12 @@ std::function<std::optional<std::vector<double>>(std::int64_t)>
 open_reserved(const fs::path& folder) {
     const auto scans = archive::scan_journal_folder(folder, identity);
     auto index = std::make_shared<archive::JournalIndex>(scans);
-    return [index, folder](std::int64_t point) -> std::optional<std::vector<double>> {
+    auto files = std::make_shared<archive::TrajectoryFolder>(folder);
+    return [index, files](std::int64_t point) -> std::optional<std::vector<double>> {
         const auto record = index->find_record(point);
         if (!record)
             return std::nullopt;
-        auto values =
-            read_dataset(reserved_path(folder, static_cast<std::int64_t>(record->values[0])),
-                         dataset_name(static_cast<std::int64_t>(record->values[1])));
-        const bool is_whole =
-            values && archive::crc32(std::as_bytes(std::span(*values))) == record->values[2];
-        return is_whole ? values : std::nullopt;
+        return files->read(*record->trajectory);
     };
 }
 

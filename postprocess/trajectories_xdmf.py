@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Writes an XDMF file for each stored trajectory of a study, for ParaView: trajectories_xdmf.py DIR -o XDMF
 
-Each file points at the positions in DIR/study.h5 and copies nothing. XDMF 2.2 (xdmf.org, "XDMF Model
-and Format"): a temporal collection with one polyline through the spheres for each sample.
+Each file points at the positions in DIR/study.h5, which may be links to files beside it, and copies
+nothing. XDMF 2.2 (xdmf.org, "XDMF Model and Format"): a temporal collection with one polyline
+through the spheres for each sample.
 Exit codes: 0 done, 2 bad input.
 """
 from __future__ import annotations
@@ -22,7 +23,8 @@ from culm.archive import Study  # noqa: E402
 EXIT_BAD_INPUT = 2
 
 
-def trajectory(archive: str, group: str, times, spheres: int) -> ElementTree.ElementTree:
+def trajectory(archive: str, group: str, times, spheres: int,
+               number_bytes: int) -> ElementTree.ElementTree:
     """`archive` is relative to the XDMF file; its dataset has the shape (samples, spheres, 3)."""
     def item(parent, text: str, **attributes):
         ElementTree.SubElement(parent, "DataItem", attributes).text = text
@@ -42,8 +44,8 @@ def trajectory(archive: str, group: str, times, spheres: int) -> ElementTree.Ele
                                       Dimensions=f"{spheres} 3")
         item(slab, f"{sample} 0 0 1 1 1 1 {spheres} 3", Dimensions="3 3", NumberType="Int",
              Format="XML")
-        item(slab, f"{archive}:/particles/{group}/position/value", Format="HDF", Precision="8",
-             NumberType="Float", Dimensions=f"{len(times)} {spheres} 3")
+        item(slab, f"{archive}:/particles/{group}/position/value", Format="HDF",
+             Precision=str(number_bytes), NumberType="Float", Dimensions=f"{len(times)} {spheres} 3")
     return ElementTree.ElementTree(root)
 
 
@@ -63,7 +65,8 @@ def main(arguments=None) -> int:
             completed = study.is_completed.nonzero()[0]
             for point in completed:
                 group = f"point_{point:06}"
-                trajectory(archive.as_posix(), group, study.time, study.spheres).write(
+                trajectory(archive.as_posix(), group, study.time, study.spheres,
+                           study.position_bytes).write(
                     arguments.output / f"{group}.xdmf", encoding="unicode", xml_declaration=True)
     except (OSError, ValueError) as error:
         print(f"trajectories_xdmf: {error}", file=sys.stderr)

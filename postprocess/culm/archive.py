@@ -220,7 +220,19 @@ class Study:
         self._require_completed(point)
         if not self.stores_positions:
             raise StudyError(f"{self.path}: the study does not store positions.")
-        return self._file.read(f"particles/point_{int(point):06d}/position/value")
+        places = "histories/trajectory_place"
+        if places in self._file:
+            place = self._file.read(places, int(point))
+            if place[0] >= 0:
+                return self._file.trajectory(*place)
+        values = self._file.read(f"particles/point_{int(point):06d}/position/value")
+        return values.astype(np.float64)
+
+    @property
+    def position_bytes(self) -> int:
+        """Bytes of a stored coordinate: 8, or 4 with `archive.trajectory_precision = "float32"`."""
+        precision = self._file.file.attrs.get("trajectory_precision", "float64")
+        return 4 if precision == "float32" else 8
 
     # -- provenance ---------------------------------------------------------------------------
 

@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 
 FORMAT_NAME = "culm-study"
+TRAJECTORY_FORMAT_NAME = "culm-trajectories"
 FORMAT_MAJOR = 1
 
 
@@ -32,7 +33,7 @@ def own_object(file: h5py.File, path: Path, name: str):
 
     Raises StudyError if its numbers or its name come from another file. External links, soft links
     to them, virtual datasets and external storage can refer to any file of this machine, and a page
-    made from them would publish that file. culm writes hard links only.
+    made from them would publish that file. trajectory() follows no link either.
     """
     place, way = file["/"], ""
     for part in (part for part in name.split("/") if part not in ("", ".")):
@@ -60,14 +61,15 @@ def _target_of(group: h5py.Group, name: bytes, kind: int) -> str:
 
 
 class CheckedFile:
-    """An open study file. Every failure is a StudyError that names the file and the object.
+    """An open file of culm. Every failure is a StudyError that names the file and the object.
 
     HDF5 verifies the checksums of the chunks. This class verifies what HDF5 does not: the format,
     that no chunk is absent (HDF5 would read it as fill values), and the CRC-32 of texts.
     """
 
-    def __init__(self, path: Path):
+    def __init__(self, path: Path, format_name: str = FORMAT_NAME):
         self.path = path
+        self._format_name = format_name
         self._whole: set[str] = set()
         try:
             self.file = h5py.File(path, "r", locking="best-effort")
@@ -113,6 +115,22 @@ class CheckedFile:
         except (OSError, UnicodeDecodeError) as error:
             raise StudyError(f"{self.path}: /{name} is damaged: {sentence(error)}") from error
 
+    def trajectory(self, rank: int, number: int, slot: int, crc32: int) -> np.ndarray:
+        """Positions in a file of the folder `trajectories`, (S, N, 3), verified by their CRC-32
+        because HDF5 has no checksum for them."""
+        path = self.path.parent / "trajectories" / f"rank-{rank:05d}-{number:04d}.h5"
+        if not path.is_file():
+            raise StudyError(f"{path} is missing; it holds trajectories of the study.")
+        other = CheckedFile(path, TRAJECTORY_FORMAT_NAME)
+        try:
+            values = other.read(f"particles/trajectory_{slot:04d}/position/value")
+        finally:
+            other.file.close()
+        values = np.ascontiguousarray(values, dtype="<f8")
+        if zlib.crc32(values) != crc32:
+            raise StudyError(f"{path}: trajectory_{slot:04d} is damaged: its checksum is wrong.")
+        return values
+
     def text(self, name: str) -> str:
         """A scalar text, verified by its CRC-32 because HDF5 has no checksum for it."""
         text = str(self.read(name))
@@ -122,10 +140,10 @@ class CheckedFile:
 
     def _check_format(self):
         name = self.file.attrs.get("format")
-        if name != FORMAT_NAME:
+        if name != self._format_name:
             found = "no format" if name is None else f"the format '{name}'"
             raise StudyError(
-                f"{self.path} is not a study archive: it states {found}, not '{FORMAT_NAME}'."
+                f"{self.path} is not a study archive: it states {found}, not '{self._format_name}'."
             )
         version = str(self.file.attrs.get("format_version", ""))
         if not re.fullmatch(r"\d+\.\d+", version) or int(version.split(".")[0]) != FORMAT_MAJOR:

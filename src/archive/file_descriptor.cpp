@@ -87,6 +87,13 @@ void FileDescriptor::write_at(std::span<const std::byte> bytes, std::uint64_t of
     unsent_bytes_ = 0;
 }
 
+void FileDescriptor::write_behind(std::span<const std::byte> bytes, std::uint64_t offset) {
+    write_at(bytes, offset);
+    // The kernel keeps pages that it is still writing, so nothing waits for the disk here.
+    (void)::posix_fadvise(descriptor_, 0, static_cast<off_t>(offset + bytes.size()),
+                          POSIX_FADV_DONTNEED);
+}
+
 std::size_t FileDescriptor::read_at(std::span<std::byte> bytes, std::uint64_t offset) const {
     std::size_t total = 0;
     while (total < bytes.size()) {

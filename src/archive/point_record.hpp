@@ -2,7 +2,10 @@
 // The archived data of one computed point of a study.
 #pragma once
 
+#include "archive/trajectory/place.hpp"
+
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,7 +34,9 @@ struct PointRecord {
     std::vector<double> values;            ///< one per result column of the study
     std::vector<double> tip_deflection;    ///< (samples), m
     std::vector<double> height_deflection; ///< (samples, heights) row-major, m
-    std::vector<double> positions;         ///< (samples, spheres, 3) row-major, m
+    /// (samples, spheres, 3) row-major, m; empty in a journal
+    std::vector<double> positions;
+    std::optional<TrajectoryPlace> trajectory; ///< where the positions are stored instead
 
     [[nodiscard]] PointStatus status() const {
         return completed ? PointStatus::Completed : PointStatus::Failed;
@@ -43,7 +48,7 @@ struct PointRecord {
 template <class Wire>
 void fields(Wire& wire, PointRecord& record) {
     wire(record.failure_kind, record.failure_reason, record.values, record.tip_deflection,
-         record.height_deflection, record.positions);
+         record.height_deflection, record.trajectory);
 }
 
 } // namespace culm::archive

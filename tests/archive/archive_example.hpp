@@ -61,6 +61,15 @@ inline PointRecord record_of(std::int64_t point) {
     return record;
 }
 
+/// The same as a journal holds it: with the place of the positions instead of these.
+inline PointRecord journalled_record_of(std::int64_t point) {
+    PointRecord record = record_of(point);
+    record.positions.clear();
+    if (record.completed)
+        record.trajectory = TrajectoryPlace{1, 2, static_cast<std::uint32_t>(point), 0xC0FFEE};
+    return record;
+}
+
 inline StudyDescription description() {
     StudyDescription study;
     study.points = point_count;

@@ -21,7 +21,7 @@ FileDescriptor open_for_reading(const std::filesystem::path& path) {
 }
 
 using example::identity;
-using example::record_of;
+using example::journalled_record_of;
 
 /// No file of this process may grow beyond the limit while the object lives: a small full disk.
 class FileSizeLimit {
@@ -48,12 +48,12 @@ TEST(JournalOnAFullDisk, RemovesAPartialRecordAndContinuesWhenThereIsRoomAgain) 
     const example::TemporaryFolder folder;
     const std::filesystem::path path = folder / "rank-00000.culmj";
     JournalWriter writer(path, identity);
-    writer.append(record_of(0));
+    writer.append(journalled_record_of(0));
     const auto size = std::filesystem::file_size(path);
     {
         const FileSizeLimit limit(size + 1000); // the next record is longer than that
         try {
-            writer.append(record_of(1));
+            writer.append(journalled_record_of(1));
             FAIL() << "a record was reported as committed on a full disk";
         } catch (const core::StorageError& error) {
             EXPECT_THAT(error.what(), testing::HasSubstr(path.string()));
@@ -61,11 +61,11 @@ TEST(JournalOnAFullDisk, RemovesAPartialRecordAndContinuesWhenThereIsRoomAgain) 
         }
         EXPECT_EQ(std::filesystem::file_size(path), size);
     }
-    writer.append(record_of(3));
+    writer.append(journalled_record_of(3));
     writer.close();
     const JournalScan found = scan_journal(path, identity);
     ASSERT_EQ(found.entries.size(), 2U);
-    EXPECT_EQ(read_record(open_for_reading(path), found.entries[1]), record_of(3));
+    EXPECT_EQ(read_record(open_for_reading(path), found.entries[1]), journalled_record_of(3));
     EXPECT_EQ(found.damaged_regions, 0);
 }
 
@@ -118,7 +118,7 @@ TEST(JournalOfAKilledProcess, ContainsEveryPointThatWasReportedCommitted) {
     if (child == 0) {
         JournalWriter writer(path, identity);
         for (std::int64_t point = 0;; ++point) {
-            PointRecord record = record_of(0);
+            PointRecord record = journalled_record_of(0);
             record.point = point;
             writer.append(record);
             if (::write(pipe_ends[1], &point, sizeof(point)) != sizeof(point))
@@ -142,7 +142,7 @@ TEST(JournalOfAKilledProcess, ContainsEveryPointThatWasReportedCommitted) {
     for (std::int64_t point = 0; point <= committed; ++point)
         EXPECT_EQ(found.entries[static_cast<std::size_t>(point)].point, point);
     EXPECT_EQ(read_record(open_for_reading(path), found.entries.back()).values,
-              record_of(0).values);
+              journalled_record_of(0).values);
 }
 
 } // namespace

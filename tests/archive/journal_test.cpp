@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "archive/archive_example.hpp"
+#include "archive/bytes.hpp"
 #include "archive/journal/format.hpp"
 #include "archive/journal/read.hpp"
 #include "archive/journal/writer.hpp"
@@ -16,8 +17,8 @@ namespace culm::archive {
 namespace {
 
 using example::identity;
+using example::journalled_record_of;
 using example::read_bytes;
-using example::record_of;
 using example::write_bytes;
 
 class Journal : public testing::Test {
@@ -26,7 +27,7 @@ class Journal : public testing::Test {
     void write_points(std::int64_t count) {
         JournalWriter writer(path_, identity);
         for (std::int64_t point = 0; point < count; ++point)
-            writer.append(record_of(point));
+            writer.append(journalled_record_of(point));
         writer.close();
     }
     [[nodiscard]] JournalScan scan() const { return scan_journal(path_, identity); }
@@ -50,8 +51,8 @@ TEST_F(Journal, ReturnsTheAppendedRecords) {
     ASSERT_EQ(found.entries.size(), 4U);
     for (std::int64_t point = 0; point < 4; ++point) {
         const JournalEntry& entry = found.entries[static_cast<std::size_t>(point)];
-        EXPECT_EQ(entry.status, record_of(point).status());
-        EXPECT_EQ(read(entry), record_of(point));
+        EXPECT_EQ(entry.status, journalled_record_of(point).status());
+        EXPECT_EQ(read(entry), journalled_record_of(point));
     }
     EXPECT_EQ(found.damaged_regions, 0);
     EXPECT_EQ(found.torn_tail_bytes, 0U);
@@ -59,7 +60,7 @@ TEST_F(Journal, ReturnsTheAppendedRecords) {
 }
 
 TEST_F(Journal, KeepsNotANumberAndSignedZeroBitForBit) {
-    PointRecord record = record_of(0);
+    PointRecord record = journalled_record_of(0);
     record.values = {std::numeric_limits<double>::quiet_NaN(), -0.0,
                      std::numeric_limits<double>::denorm_min()};
     JournalWriter(path_, identity).append(record);
@@ -77,13 +78,27 @@ TEST_F(Journal, HasTheDocumentedBytes) {
     JournalWriter(path_, "id").append(record);
     const std::string bytes = read_bytes(path_);
     using namespace std::string_literals;
-    EXPECT_EQ(bytes.substr(0, 22), "CULMJRNL\x03\0\0\0\x02\0\0\0\0\0\0\0id"s);
+    EXPECT_EQ(bytes.substr(0, 22), "CULMJRNL\x04\0\0\0\x02\0\0\0\0\0\0\0id"s);
     EXPECT_EQ(bytes.substr(26, 8), "\xC5REC\r\n\x1A\xF1"s);
     EXPECT_EQ(bytes.substr(34, 24),
-              "\x38\0\0\0\0\0\0\0"s + "\x02\x01\0\0\0\0\0\0"s + "\0\0\0\0\0\0\0\0"s);
-    // Two empty texts, one value 1.0, three empty arrays.
+              "\x31\0\0\0\0\0\0\0"s + "\x02\x01\0\0\0\0\0\0"s + "\0\0\0\0\0\0\0\0"s);
+    // Two empty texts, one value 1.0, two empty arrays, no trajectory.
     EXPECT_EQ(bytes.substr(66), std::string(16, '\0') + "\x01\0\0\0\0\0\0\0"s +
-                                    "\0\0\0\0\0\0\xF0\x3F"s + std::string(24, '\0'));
+                                    "\0\0\0\0\0\0\xF0\x3F"s + std::string(17, '\0'));
+}
+
+TEST_F(Journal, HasTheDocumentedPlaceOfATrajectory) {
+    PointRecord record;
+    record.point = 7;
+    record.completed = true;
+    record.trajectory = TrajectoryPlace{2, 1, 0x0102, 0x03040506};
+    JournalWriter(path_, "id").append(record);
+    using namespace std::string_literals;
+    EXPECT_EQ(read_bytes(path_).substr(66 + 5 * 8),
+              "\x01\x02\0\0\0\x01\0\0\0"s + "\x02\x01\0\0"s + "\x06\x05\x04\x03"s);
+    const JournalScan found = scan_journal(path_, "id");
+    EXPECT_EQ(read_record(FileDescriptor(path_, FileDescriptor::Access::Read), found.entries.at(0)),
+              record);
 }
 
 TEST_F(Journal, KeepsTheOtherRecordsWhenTheLastIsCutAtAnyByte) {
@@ -106,7 +121,7 @@ TEST_F(Journal, IsContinuedAfterATornTailHasBeenCutOff) {
     for (const std::size_t lost : {std::size_t{1}, std::size_t{100}, last.length - 1}) {
         write_bytes(path_, whole.substr(0, whole.size() - lost));
         JournalWriter writer(path_, identity);
-        writer.append(record_of(2));
+        writer.append(journalled_record_of(2));
         writer.close();
         EXPECT_EQ(read_bytes(path_), whole) << "the same bytes as without the crash";
     }
@@ -116,7 +131,7 @@ TEST_F(Journal, CutsOffATailOfZerosLeftByACrashOfTheNode) {
     write_points(2);
     const std::string whole = read_bytes(path_);
     write_bytes(path_, whole + std::string(8192, '\0'));
-    JournalWriter(path_, identity).append(record_of(3));
+    JournalWriter(path_, identity).append(journalled_record_of(3));
     EXPECT_THAT(points(), testing::ElementsAre(0, 1, 3));
     EXPECT_EQ(scan().damaged_regions, 0);
 }
@@ -181,7 +196,7 @@ TEST_F(Journal, IsEmptyAndCanBeRestartedWithAnUnfinishedHeader) {
         write_bytes(path_, bytes);
         ASSERT_FALSE(scan().header_finished);
         ASSERT_TRUE(scan().entries.empty());
-        JournalWriter(path_, identity).append(record_of(0));
+        JournalWriter(path_, identity).append(journalled_record_of(0));
         ASSERT_EQ(read_bytes(path_), whole);
     }
 }
@@ -216,9 +231,9 @@ TEST_F(Journal, IsRefusedWithAnotherVersionOrOtherContent) {
         return "accepted";
     };
     std::string newer = whole;
-    newer[8] = 4;
-    EXPECT_THAT(message(newer), testing::HasSubstr("journal format version 4; this culm reads "
-                                                   "version 3"));
+    newer[8] = 5;
+    EXPECT_THAT(message(newer), testing::HasSubstr("journal format version 5; this culm reads "
+                                                   "version 4"));
     EXPECT_THAT(message("a text of somebody else"), testing::HasSubstr("is not a culm journal"));
     std::string damaged = whole;
     damaged[20] ^= 1;
@@ -234,7 +249,7 @@ TEST_F(Journal, CountsThePointsInProgressWhenAProcessDied) {
         JournalWriter writer(path_, identity); // destroyed without an outcome for 1 and 2
         writer.mark_started(begun);
         if (death == 1)
-            writer.append(record_of(0));
+            writer.append(journalled_record_of(0));
     }
     EXPECT_EQ(scan().unfinished_starts, (std::map<std::int64_t, int>{{0, 1}, {1, 2}, {2, 2}}));
     EXPECT_EQ(points(), (std::vector<std::int64_t>{0}));
@@ -245,7 +260,7 @@ TEST_F(Journal, DoesNotCountPointsThatWereGivenBackOrHaveAnOutcome) {
     JournalWriter writer(path_, identity);
     const std::vector<std::int64_t> begun{0, 1, 3};
     writer.mark_started(begun);
-    writer.append(record_of(0));
+    writer.append(journalled_record_of(0));
     const std::vector<std::int64_t> left{1, 3};
     writer.mark_given_back(left);
     EXPECT_TRUE(scan().unfinished_starts.empty());
@@ -285,7 +300,7 @@ TEST_F(Journal, IndexPrefersCompletedPointsAndThenTheLaterOnes) {
 TEST_F(Journal, IndexFindsTheRecordsOfMoreJournalsThanItKeepsOpen) {
     constexpr std::int64_t journals = 200;
     for (std::int64_t point = 0; point < journals; ++point) {
-        PointRecord record = record_of(0);
+        PointRecord record = journalled_record_of(0);
         record.point = point;
         JournalWriter(folder_ / "j" / fmt::format("rank-{:05}.culmj", journals - point), identity)
             .append(record);
@@ -299,7 +314,7 @@ TEST_F(Journal, IndexFindsTheRecordsOfMoreJournalsThanItKeepsOpen) {
 
 TEST_F(Journal, FolderIsScannedInOrderOfNames) {
     for (const char* name : {"rank-00002.culmj", "rank-00000.culmj", "rank-00001.culmj"})
-        JournalWriter(folder_ / "j" / name, identity).append(record_of(0));
+        JournalWriter(folder_ / "j" / name, identity).append(journalled_record_of(0));
     write_bytes(folder_ / "j" / "notes.txt", "not a journal");
     const std::vector<JournalScan> scans = scan_journal_folder(folder_ / "j", identity);
     ASSERT_EQ(scans.size(), 3U);

@@ -29,7 +29,7 @@ def check_datasets(study):
 
 def check_tables(study):
     assert study.attrs["format"] == "culm-study"
-    assert study.attrs["format_version"] == "1.0"
+    assert study.attrs["format_version"] == "1.1"
     assert list(study["design"].attrs["columns"]) == ["bond_youngs_modulus", "bond_damping"]
     assert study["design/point"][:].tolist() == list(range(6))
     modulus = study["design/bond_youngs_modulus"]

@@ -105,7 +105,7 @@ TEST_F(Study, HasTheSameBytesForAnyRanksAndOrderOfPoints) {
             // One rank in the first run, three in the second.
             const std::size_t rank = run == 0 ? 0 : i % 3;
             JournalWriter(journals / ("rank-" + std::to_string(rank) + ".culmj"), example::identity)
-                .append(record_of(orders[run][i]));
+                .append(example::journalled_record_of(orders[run][i]));
         }
         JournalIndex index(scan_journal_folder(journals, example::identity));
         write_study_file(path_, example::description(), example::design(),

@@ -71,7 +71,8 @@ def journal_bytes(study: Path) -> int:
 
 
 def contents(folder: Path, study: str) -> dict[str, bytes]:
-    """The raw bytes of every dataset except the provenance, which states the time and the host."""
+    """The raw bytes of every dataset except the provenance, which states the time and the host.
+    Where a trajectory is stored depends on the rank that computed it."""
     import h5py  # imported here because most tests need no archive
     found = {}
 
@@ -81,6 +82,10 @@ def contents(folder: Path, study: str) -> dict[str, bytes]:
 
     with h5py.File(folder / study / "study.h5", "r") as file:
         file.visititems(take)
+        found.pop("histories/trajectory_place", None)
+        for point in file.get("particles", ()):  # links are not visited
+            file[f"particles/{point}"].visititems(
+                lambda name, item, point=point: take(f"particles/{point}/{name}", item))
     return found
 
 

@@ -168,12 +168,12 @@ class OlderFormats(ArchiveTest):
     def test_journal_of_another_version_is_refused_with_what_to_do(self):
         folder = self.copied("journal-1")
         journal = self.folder / folder / "journal/rank-00000.culmj"
-        for version in (1, 9):
+        for version in (1, 3, 9):
             content = bytearray(journal.read_bytes())
             content[8] = version
             journal.write_bytes(content)
             refused = self.culm("run", "study.toml", "-o", folder, "--resume")
-            self.assertIn(f"has journal format version {version}; this culm reads version 3. "
+            self.assertIn(f"has journal format version {version}; this culm reads version 4. "
                           "Continue with the culm that began the study, or move the file away to "
                           "compute its points again", refused.stderr)
             self.assertNotEqual(refused.returncode, DONE)
@@ -292,16 +292,34 @@ class OtherReaders(ArchiveTest):
         import numpy
         from MDAnalysis.coordinates.H5MD import H5MDReader
         H5MDReader._unit_translation["length"]["m"] = "m"
-        universe = MDAnalysis.Universe.empty(15)
-        universe.load_new(self.archive, format="H5MD", convert_units=False)
-        with h5py.File(self.archive) as file:
-            expected = file["particles/point_000000/position/value"][:]
-        self.assertEqual(len(universe.trajectory), len(expected))
-        for frame in (0, 17, len(expected) - 1):
-            universe.trajectory[frame]
-            # MDAnalysis keeps positions in single precision.
-            self.assertTrue(numpy.allclose(universe.atoms.positions, expected[frame], rtol=1e-6,
-                                           atol=1e-9))
+        self.assert_exit(self.culm("archive", "merge", "out", "-o", "one-file"), DONE)
+        self.assertTrue((self.folder / "out/trajectories").is_dir())
+        self.assertFalse((self.folder / "one-file/trajectories").exists())
+        for folder in ("out", "one-file"):
+            archive = str(self.folder / folder / "study.h5")
+            universe = MDAnalysis.Universe.empty(15)
+            universe.load_new(archive, format="H5MD", convert_units=False)
+            with h5py.File(archive) as file:
+                expected = file["particles/point_000000/position/value"][:]
+            self.assertEqual(len(universe.trajectory), len(expected))
+            for frame in (0, 17, len(expected) - 1):
+                universe.trajectory[frame]
+                # MDAnalysis keeps positions in single precision.
+                self.assertTrue(numpy.allclose(universe.atoms.positions, expected[frame],
+                                               rtol=1e-6, atol=1e-9))
+
+    @unittest.skipUnless(HAS_H5PY, "h5py is missing")
+    def test_single_precision_is_that_of_the_stored_numbers(self):
+        import numpy
+        self.write("short.toml", FULL + '\n[archive]\ntrajectory_precision = "float32"\n')
+        self.assert_exit(self.culm("run", "short.toml", "-o", "short", "-q"), DONE)
+        self.assert_exit(self.culm("archive", "merge", "short", "-o", "short-merged"), DONE)
+        with Study(self.folder / "out") as study:
+            expected = study.positions(1).astype(numpy.float32)
+        for folder in ("short", "short-merged"):
+            with Study(self.folder / folder) as study:
+                self.assertEqual(study.position_bytes, 4)
+                self.assertTrue((study.positions(1) == expected).all())
 
 
 if __name__ == "__main__":

@@ -41,7 +41,7 @@ class Jumps(unittest.TestCase):
         while process.poll() is None:
             self.assertLess(time.monotonic() - started, PATIENCE)
             written = journal_bytes(self.folder / "out")
-            if written > size + 500_000:  # a few points later
+            if written > size + 20_000:  # a few points later
                 self.clock.write_text(JUMPS[jump % len(JUMPS)] + "\n", encoding="utf-8")
                 size = written
                 jump += 1

@@ -20,7 +20,7 @@ from kill_study import contents
 
 ROOT = Path(__file__).resolve().parents[2]
 sys.path.append(str(ROOT / "postprocess"))
-from culm.archive import Study  # noqa: E402
+from culm.archive import Study, StudyError  # noqa: E402
 
 POINTS = 96  # of the long study
 # Begins every record of a journal.
@@ -79,7 +79,7 @@ class FaultTest(unittest.TestCase):
         self.addCleanup(process.kill)
         journal = self.folder / name / "journal" / "rank-00000.culmj"
         deadline = time.monotonic() + PATIENCE
-        while journal_bytes(self.folder / name) < 1_000_000:
+        while journal_bytes(self.folder / name) < 40_000:
             self.assertLess(time.monotonic(), deadline)
             time.sleep(0.001)
         process.send_signal(signal.SIGSTOP)
@@ -93,7 +93,7 @@ class Archive(FaultTest):
         content = archive.read_bytes()
         chance = random.Random(11)
         ranges = stored_ranges(archive)
-        self.assertGreater(len(ranges), 40)
+        self.assertGreater(len(ranges), 20)
         for dataset, places in ranges.items():
             offset, size = chance.choice(places)
             flipped = bytearray(content)
@@ -179,6 +179,69 @@ class Archive(FaultTest):
         self.assertEqual(resumed.returncode, BAD_INPUT)
         self.assertIn("datasets are damaged, the first is /results/frequency", resumed.stderr)
 
+    def trajectory_files(self, name: str) -> list[Path]:
+        return sorted((self.folder / name / "trajectories").glob("*.h5"))
+
+    def test_missing_trajectories_are_named_and_the_tables_stay(self):
+        self.fresh("parted")
+        gone = self.trajectory_files("parted")[0]
+        gone.unlink()
+        found = verify(self.folder, "parted")
+        self.assertEqual(found["exit_code"], POINTS_FAILED)
+        reasons = {entry["reason"] for entry in found["archive"]["damaged"]}
+        self.assertEqual(reasons, {f"parted/trajectories/{gone.name} is missing; it holds "
+                                   "trajectories of the study"})
+        self.assertEqual(culm(self.folder, "reduce", "parted").returncode, DONE)
+        with Study(self.folder / "parted") as study:
+            lost = int(found["archive"]["damaged"][0]["dataset"][-6:])
+            self.assertTrue(all(study["frequency"] > 0))
+            with self.assertRaisesRegex(StudyError, f"{gone.name} is missing"):
+                study.positions(lost)
+
+    def test_flipped_bits_of_trajectories_never_reach_a_reader(self):
+        self.fresh("bent")
+        chance = random.Random(13)
+        with h5py.File(self.folder / "bent" / "study.h5") as file:
+            link = file.get("particles/point_000007", getlink=True)
+        path = self.folder / "bent" / link.filename
+        with h5py.File(path) as part:
+            data = part[link.path]["position/value"]
+            place = data.id.get_offset() + chance.randrange(data.id.get_storage_size())
+        content = bytearray(path.read_bytes())
+        content[place] ^= 1 << chance.randrange(8)
+        path.write_bytes(content)
+        found = verify(self.folder, "bent")
+        self.assertEqual([entry["dataset"] for entry in found["archive"]["damaged"]],
+                         ["/particles/point_000007"])
+        with Study(self.folder / "bent") as study:
+            study.positions(6)
+            with self.assertRaisesRegex(StudyError, "checksum is wrong"):
+                study.positions(7)
+
+    def test_link_to_another_file_is_not_followed(self):
+        self.fresh("hostile")
+        shutil.copy(self.trajectory_files("whole")[0], self.folder / "elsewhere.h5")
+        with h5py.File(self.folder / "hostile" / "study.h5", "r+") as file:
+            file["histories/trajectory_place"][1] = -1
+            del file["particles/point_000001"]
+            file["particles/point_000001"] = h5py.ExternalLink(
+                str(self.folder / "elsewhere.h5"), "/particles/trajectory_0000")
+        merged = culm(self.folder, "archive", "merge", "hostile", "-o", "taken")
+        self.assertNotEqual(merged.returncode, DONE)
+        self.assertIn("/particles/point_000001", merged.stderr)
+        with Study(self.folder / "hostile") as study:
+            with self.assertRaisesRegex(StudyError, "links are not followed"):
+                study.positions(1)
+
+    def test_moved_folder_keeps_its_trajectories_and_merge_makes_one_file(self):
+        self.fresh("moved-from")
+        (self.folder / "moved-from").rename(self.folder / "moved")
+        merged = culm(self.folder, "archive", "merge", "moved", "-o", "one-file")
+        self.assertEqual(merged.returncode, DONE, merged.stderr)
+        self.assertFalse((self.folder / "one-file" / "trajectories").exists())
+        self.assertEqual(contents(self.folder, "one-file"), contents(self.folder, "whole"))
+        self.assertEqual(verify(self.folder, "one-file")["exit_code"], DONE)
+
     def test_read_only_archive_can_be_looked_at_and_stays_as_it_is(self):
         archive = self.fresh("closed")
         before = archive.read_bytes()
@@ -216,6 +279,23 @@ class Journal(FaultTest):
         self.assertGreaterEqual(len(committed_points(self.folder, "torn")), before - 1)
         self.assertGreater(self.finish("torn"), 0)
 
+    def test_damaged_trajectory_costs_its_point_alone(self):
+        self.killed("lost")
+        before = committed_points(self.folder, "lost")
+        path = self.folder / "lost" / "trajectories" / "rank-00000-0000.h5"
+        with h5py.File(path) as part:
+            data = part["particles/trajectory_0002/position/value"]
+            place, size = data.id.get_offset(), data.id.get_storage_size()
+        content = bytearray(path.read_bytes())
+        content[place:place + size // 2] = bytes(size // 2)  # never reached the disk
+        path.write_bytes(content)
+        found = verify(self.folder, "lost")
+        self.assertEqual(found["exit_code"], POINTS_FAILED)
+        self.assertIn("does not match its checksum", found["problems"][0])
+        self.assertEqual(len(committed_points(self.folder, "lost")), len(before) - 1)
+        self.finish("lost")
+        self.assertEqual(contents(self.folder, "lost"), contents(self.folder, "long-whole"))
+
     def test_zero_filled_block_costs_its_points_alone(self):
         journal = self.killed("zeros")
         content = bytearray(journal.read_bytes())
@@ -224,7 +304,7 @@ class Journal(FaultTest):
         record = content.find(MAGIC)
         while content.find(MAGIC, record + 1) == record + 40:
             record += 40
-        content[record + 4096:record + 8192] = bytes(4096)
+        content[record + 1024:record + 3072] = bytes(2048)
         journal.write_bytes(content)
         found = verify(self.folder, "zeros")
         self.assertEqual(found["exit_code"], POINTS_FAILED)

@@ -39,6 +39,7 @@ TEST(ConfigIdentity, LinesAreSortedAndComplete) {
                     "5\n[factors]\nbond_damping = [1, 2]\n"
                     "bond_youngs_modulus_gpa = { distribution = \"normal\", mean = 4, sd = 1, "
                     "min = 1, max = 7 }\n"),
+        "archive.trajectory_precision = float64\n"
         "design.replicates = 1\n"
         "design.type = factorial\n"
         "factors = bond_damping, bond_youngs_modulus_gpa\n"

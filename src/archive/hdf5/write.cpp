@@ -161,6 +161,11 @@ FileHandle create_file(const Hdf5WriteDriver& driver, const std::filesystem::pat
 PropertyListHandle creation_properties(const DatasetLayout& layout,
                                        const std::filesystem::path& path) {
     PropertyListHandle list = properties_without_times(H5P_DATASET_CREATE, path);
+    if (layout.chunk.empty()) {
+        checked(H5Pset_alloc_time(list.get(), H5D_ALLOC_TIME_EARLY), "allocate the space", path);
+        checked(H5Pset_fill_time(list.get(), H5D_FILL_TIME_NEVER), "leave out fill values", path);
+        return list;
+    }
     checked(H5Pset_chunk(list.get(), static_cast<int>(layout.chunk.size()), layout.chunk.data()),
             "set a chunk shape", path);
     if (layout.compression > 0) {
@@ -276,9 +281,24 @@ DatasetHandle Hdf5Output::create_dataset(hid_t parent, const std::string& name,
     return dataset;
 }
 
+std::uint64_t Hdf5Output::reserve_dataset(hid_t parent, const std::string& name,
+                                          const DatasetLayout& layout) const {
+    const haddr_t address = H5Dget_offset(create_dataset(parent, name, layout).get());
+    if (address == HADDR_UNDEF)
+        throw_hdf5_error("allocate the dataset " + name, path_);
+    return address;
+}
+
 void Hdf5Output::link(const std::string& target, hid_t parent, const std::string& name) const {
     checked(H5Lcreate_hard(root(), target.c_str(), parent, name.c_str(), H5P_DEFAULT, H5P_DEFAULT),
             "link " + name + " to " + target, path_);
+}
+
+void Hdf5Output::link_external(const std::string& file, const std::string& target, hid_t parent,
+                               const std::string& name) const {
+    checked(H5Lcreate_external(file.c_str(), target.c_str(), parent, name.c_str(), H5P_DEFAULT,
+                               H5P_DEFAULT),
+            "link " + name + " to " + file, path_);
 }
 
 void Hdf5Output::write_attribute_values(hid_t object, const std::string& name, hid_t file_type,

@@ -44,12 +44,12 @@ class Hdf5WriteDriver {
     Hdf5Handle<H5FDunregister> driver_;
 };
 
-/// Layout of a dataset; it is always chunked, with a fletcher32 checksum per chunk.
+/// Layout of a dataset; with chunks it has a fletcher32 checksum per chunk.
 struct DatasetLayout {
     hid_t type = H5I_INVALID_HID; ///< in the file, little-endian
     std::vector<hsize_t> shape;
-    std::vector<hsize_t> chunk;
-    int compression = 1; ///< deflate level behind the shuffle filter; 0: neither
+    std::vector<hsize_t> chunk; ///< empty: contiguous
+    int compression = 1;        ///< deflate level behind the shuffle filter; 0: neither
     std::string unit = "1";
     std::string description; ///< no attribute if empty
 };
@@ -67,8 +67,15 @@ class Hdf5Output {
     [[nodiscard]] GroupHandle create_group(hid_t parent, const std::string& name) const;
     [[nodiscard]] DatasetHandle create_dataset(hid_t parent, const std::string& name,
                                                const DatasetLayout& layout) const;
+    /// A contiguous dataset whose space is allocated and not written; returns its address in the
+    /// file, bytes.
+    [[nodiscard]] std::uint64_t reserve_dataset(hid_t parent, const std::string& name,
+                                                const DatasetLayout& layout) const;
     /// Creates the link `name` in `parent` to the object `target` (absolute).
     void link(const std::string& target, hid_t parent, const std::string& name) const;
+    /// The same to an object of another file, whose path is relative to the folder of this one.
+    void link_external(const std::string& file, const std::string& target, hid_t parent,
+                       const std::string& name) const;
 
     /// Variable-length UTF-8 attributes, which h5py reads as str.
     void write_attribute(hid_t object, const std::string& name, const std::string& text) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// The bytes of a journal: file header and record headers (docs/archive-format.md, journal 3).
+// The bytes of a journal: file header and record headers (docs/archive-format.md, journal 4).
 #pragma once
 
 #include "archive/point_record.hpp"
@@ -14,7 +14,7 @@
 
 namespace culm::archive {
 
-inline constexpr std::uint32_t journal_version = 3;
+inline constexpr std::uint32_t journal_version = 4;
 inline constexpr std::array<char, 8> journal_magic = {'C', 'U', 'L', 'M', 'J', 'R', 'N', 'L'};
 /// Bytes of the file header before the identity text: magic, version, length.
 inline constexpr std::size_t journal_prefix_size = 20;

@@ -307,6 +307,13 @@ PointRecord read_record(const FileDescriptor& file, const JournalEntry& entry) {
     return record;
 }
 
+void discard_record(const std::filesystem::path& journal, const JournalEntry& entry) {
+    constexpr std::array<std::byte, record_magic.size()> nothing{};
+    FileDescriptor file(journal, FileDescriptor::Access::ReadWriteCreate);
+    file.write_at(nothing, entry.offset);
+    file.sync_data();
+}
+
 JournalIndex::JournalIndex(std::span<const JournalScan> scans) {
     std::size_t entries = 0;
     for (const JournalScan& scan : scans)

@@ -72,6 +72,10 @@ enum class ScanDepth {
 /// One record, its checksums verified again. StorageError if it has changed since the scan.
 [[nodiscard]] PointRecord read_record(const FileDescriptor& file, const JournalEntry& entry);
 
+/// Overwrites the beginning of a record, so that later scans skip it: its point must be computed
+/// again. StorageError if the file cannot be written.
+void discard_record(const std::filesystem::path& journal, const JournalEntry& entry);
+
 /// The entry to be used for each point in the journals: a completed one before a failed one, else
 /// the later one in the given order. An entry needs 40 bytes: a study may have millions of points.
 class JournalIndex {

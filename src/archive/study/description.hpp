@@ -17,7 +17,7 @@ namespace culm::archive {
 inline constexpr std::string_view study_format_name = "culm-study";
 /// A reader refuses another major version; a minor version only adds.
 inline constexpr int study_format_major = 1;
-inline constexpr int study_format_minor = 0;
+inline constexpr int study_format_minor = 1;
 
 /// Names and texts, in the order given.
 using Texts = std::vector<std::pair<std::string, std::string>>;
@@ -64,7 +64,8 @@ struct StudyDescription {
     /// Name and text, in the order given: compiler, libraries, hosts, ranks, seed, start, end …
     /// "identity" and "entries" are reserved; "config" and texts above 8 KiB become datasets.
     Texts provenance;
-    int trajectory_compression = 0; ///< deflate level 0 … 9 for positions
+    int trajectory_compression = 0; ///< deflate level 0 … 9 for positions in the study file
+    bool single_precision = false;  ///< positions are stored as float32
 
     bool operator==(const StudyDescription&) const = default;
 };

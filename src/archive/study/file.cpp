@@ -5,6 +5,7 @@
 #include "archive/hdf5/read.hpp"
 #include "archive/hdf5/write.hpp"
 #include "archive/study/description.hpp"
+#include "archive/trajectory/reader.hpp"
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
 
@@ -19,6 +20,8 @@
 namespace culm::archive {
 
 namespace {
+
+constexpr const char* trajectory_places = "/histories/trajectory_place";
 
 /// The version of culm that wrote the file; its location is the same in every format.
 std::string writer_of(const Hdf5Input& input) {
@@ -87,6 +90,8 @@ StudyDescription read_description(const Hdf5Input& input) {
     description.spheres = static_cast<int>(input.integer_attribute("/", "spheres"));
     description.trajectory_compression =
         static_cast<int>(input.integer_attribute("/", "trajectory_compression"));
+    description.single_precision = input.has_attribute("/", "trajectory_precision") && // format 1.1
+                                   input.text_attribute("/", "trajectory_precision") == "float32";
     description.identity = input.text("/provenance/identity");
     description.version = input.text_attribute("/h5md/creator", "version");
     description.provenance = read_provenance(input);
@@ -117,6 +122,7 @@ StudyFile::StudyFile(const std::filesystem::path& path) {
 void StudyFile::open(const std::filesystem::path& path) {
     const Hdf5Silence silence;
     input_ = std::make_shared<const Hdf5Input>(path);
+    trajectories_ = std::make_shared<TrajectoryFolder>(path.parent_path() / trajectory_folder_name);
     require_format(*input_);
     description_ = read_description(*input_);
     statuses_ = read_statuses(*input_, description_.points);
@@ -194,10 +200,29 @@ std::vector<double> StudyFile::height_deflection(std::int64_t point) const {
                    description_.times.size() * description_.heights.size());
 }
 
+std::optional<TrajectoryPlace> StudyFile::trajectory(std::int64_t point) const {
+    const Hdf5Silence silence;
+    if (status(point) != PointStatus::Completed || !input_->has(trajectory_places))
+        return std::nullopt;
+    const std::vector<double> row = require_size(
+        trajectory_places, input_->doubles_at(trajectory_places, static_cast<hsize_t>(point)), 4);
+    if (row[0] < 0.0)
+        return std::nullopt;
+    const auto number = [&row](std::size_t column) {
+        constexpr double largest = std::numeric_limits<std::uint32_t>::max();
+        return static_cast<std::uint32_t>(std::fmin(std::fmax(row[column], 0.0), largest));
+    };
+    return TrajectoryPlace{number(0), number(1), number(2), number(3)};
+}
+
 std::vector<double> StudyFile::positions(std::int64_t point) const {
-    return history(description_.stored.positions, "positions", point,
-                   fmt::format("/particles/{}/position/value", particle_group_name(point)),
-                   description_.times.size() * static_cast<std::size_t>(description_.spheres) * 3);
+    const std::size_t size =
+        description_.times.size() * static_cast<std::size_t>(description_.spheres) * 3;
+    const std::string dataset =
+        fmt::format("/particles/{}/position/value", particle_group_name(point));
+    if (const auto place = trajectory(point))
+        return require_size(dataset, trajectories_->read(*place), size);
+    return history(description_.stored.positions, "positions", point, dataset, size);
 }
 
 std::string StudyFile::text_of_failure(const std::string& dataset, std::int64_t point) const {
@@ -246,7 +271,8 @@ std::optional<PointRecord> StudyFile::record(std::int64_t point) const {
         record.tip_deflection = tip_deflection(point);
     if (stored.heights)
         record.height_deflection = height_deflection(point);
-    if (stored.positions)
+    record.trajectory = trajectory(point);
+    if (stored.positions && !record.trajectory)
         record.positions = positions(point);
     return record;
 }

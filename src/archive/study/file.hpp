@@ -16,6 +16,7 @@
 namespace culm::archive {
 
 class Hdf5Input;
+class TrajectoryFolder;
 
 /// An open study file; one dataset or one point is read at a time. Damaged data never give wrong
 /// numbers, but a StorageError that names the dataset.
@@ -50,6 +51,8 @@ class StudyFile {
     [[nodiscard]] std::vector<double> height_deflection(std::int64_t point) const;
     /// (samples, spheres, 3) row-major, m
     [[nodiscard]] std::vector<double> positions(std::int64_t point) const;
+    /// Where the trajectory of a completed point is stored; nothing if it is in this file.
+    [[nodiscard]] std::optional<TrajectoryPlace> trajectory(std::int64_t point) const;
 
     /// Why a failed point has no answer; both empty for others.
     [[nodiscard]] std::string failure_kind(std::int64_t point) const {
@@ -59,8 +62,9 @@ class StudyFile {
         return text_of_failure("/results/failure_reason", point);
     }
 
-    /// All stored data of a point; nothing if it is missing. Reading neighbouring points in order
-    /// is fast, because results are read a chunk at a time.
+    /// All stored data of a point, with the place of a trajectory that another file holds; nothing
+    /// if it is missing. Reading neighbouring points in order is fast, because results are read a
+    /// chunk at a time.
     [[nodiscard]] std::optional<PointRecord> record(std::int64_t point) const;
 
   private:
@@ -80,7 +84,9 @@ class StudyFile {
                                              const std::vector<Column>& columns,
                                              const std::string& name) const;
 
-    std::shared_ptr<const Hdf5Input> input_; // behind a pointer: callers do not see hdf5.h
+    // Behind pointers: callers do not see hdf5.h.
+    std::shared_ptr<const Hdf5Input> input_;
+    std::shared_ptr<TrajectoryFolder> trajectories_;
     StudyDescription description_;
     std::vector<PointStatus> statuses_;
     mutable std::vector<std::vector<double>> result_rows_; ///< (columns, rows of one chunk)

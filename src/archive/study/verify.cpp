@@ -2,6 +2,7 @@
 #include "archive/hdf5/handle.hpp"
 #include "archive/hdf5/read.hpp"
 #include "archive/study/file.hpp"
+#include "archive/trajectory/reader.hpp"
 #include "core/error.hpp"
 
 #include <algorithm>
@@ -166,6 +167,24 @@ void examine_tables(const StudyFile& file, std::vector<DamagedDataset>& damaged)
         examine_column("/results/" + column.name, [&] { return file.result(column.name); });
 }
 
+/// The checksums of trajectories in other files.
+void examine_trajectories(const StudyFile& file, Verification& verification) {
+    TrajectoryFolder folder(file.path().parent_path() / trajectory_folder_name);
+    for (std::int64_t point = 0; point < file.point_count(); ++point) {
+        try {
+            const auto place = file.trajectory(point);
+            if (!place)
+                continue;
+            ++verification.datasets;
+            ++verification.chunks;
+            (void)folder.read(*place);
+        } catch (const core::StorageError& error) {
+            verification.damaged.push_back(
+                {"/particles/" + particle_group_name(point), 1, 1, error.what()});
+        }
+    }
+}
+
 } // namespace
 
 Verification verify(const std::filesystem::path& path) {
@@ -182,6 +201,8 @@ Verification verify(const std::filesystem::path& path) {
     }
     if (verification.is_whole())
         examine_tables(StudyFile(path), verification.damaged);
+    if (verification.is_whole())
+        examine_trajectories(StudyFile(path), verification);
     return verification;
 }
 

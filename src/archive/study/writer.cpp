@@ -4,6 +4,7 @@
 #include "archive/file_descriptor.hpp"
 #include "archive/hdf5/handle.hpp"
 #include "archive/hdf5/write.hpp"
+#include "archive/trajectory/h5md.hpp"
 #include "core/error.hpp"
 
 #include <algorithm>
@@ -184,15 +185,10 @@ class HistoriesWriter {
         const StoredHistories& stored = description.stored;
         if (!stored.tip && !stored.heights && !stored.positions)
             return;
-        histories_ = output.create_group(output.root(), "histories");
-        output.write_series(histories_.get(), "time", "s", description.times);
+        histories_ = create_histories(output, description);
         create_tables();
-        if (!stored.positions)
-            return;
-        particles_ = output.create_group(output.root(), "particles");
-        // H5MD requires step numbers and times for every trajectory; all share this one dataset.
-        output.write_numbering(histories_.get(), "step", description.times.size(),
-                               "number of the sample, for the H5MD trajectories");
+        if (stored.positions)
+            particles_ = output.create_group(output.root(), "particles");
     }
 
     /// Appends the next point. nullptr: it has no histories (failed or missing), so it gets NaN in
@@ -206,6 +202,20 @@ class HistoriesWriter {
         if (particles_.is_open() && record != nullptr)
             write_trajectory(*record);
         ++next_point_;
+    }
+
+    /// After the last point.
+    void finish() {
+        if (places_.empty())
+            return;
+        const auto rows = static_cast<hsize_t>(description_.points);
+        output_.write_dataset(
+            histories_.get(), "trajectory_place",
+            {.type = H5T_STD_I64LE,
+             .shape = {rows, 4},
+             .chunk = {table_chunk_rows(rows), 4},
+             .description = "positions in other files: rank, file, slot, CRC-32; -1: none there"},
+            H5T_NATIVE_INT64, places_.data());
     }
 
   private:
@@ -249,34 +259,30 @@ class HistoriesWriter {
                             H5T_NATIVE_DOUBLE, row == nullptr ? nothing_.data() : row->data());
     }
 
-    /// One H5MD 1.1 particle group. All groups share the sample times and numbers through hard
-    /// links, as H5MD proposes for elements that are sampled together.
+    /// One H5MD 1.1 particle group, here or as a link to the file that contains it.
     void write_trajectory(const PointRecord& record) {
-        const GroupHandle group =
-            output_.create_group(particles_.get(), particle_group_name(record.point));
-        const GroupHandle box = output_.create_group(group.get(), "box");
-        output_.write_attribute(box.get(), "dimension", std::array<std::int32_t, 1>{3});
-        output_.write_attribute(box.get(), "boundary",
-                                std::array<std::string, 3>{"none", "none", "none"});
-        const GroupHandle position = output_.create_group(group.get(), "position");
-        output_.link("/histories/step", position.get(), "step");
-        output_.link("/histories/time", position.get(), "time");
-        const hsize_t samples = description_.times.size();
-        const auto spheres = static_cast<hsize_t>(description_.spheres);
-        output_.write_dataset(position.get(), "value",
-                              {H5T_IEEE_F64LE,
-                               {samples, spheres, 3},
-                               {chunk_samples(samples, 3 * spheres), spheres, 3},
-                               description_.trajectory_compression,
-                               "m",
-                               "centres of the spheres: axial, lateral, out of plane"},
-                              H5T_NATIVE_DOUBLE, record.positions.data());
+        const std::string name = particle_group_name(record.point);
+        if (const auto& place = record.trajectory) {
+            places_.resize(static_cast<std::size_t>(description_.points), {-1, -1, -1, -1});
+            places_[static_cast<std::size_t>(record.point)] = {place->rank, place->file,
+                                                               place->slot, place->crc32};
+            output_.link_external(fmt::format("{}/{}", trajectory_folder_name, place->file_name()),
+                                  place->group(), particles_.get(), name);
+            return;
+        }
+        DatasetLayout layout = position_layout(description_);
+        layout.chunk = layout.shape;
+        layout.chunk.front() = chunk_samples(layout.shape[0], 3 * layout.shape[1]);
+        layout.compression = description_.trajectory_compression;
+        output_.write_dataset(create_particle_group(output_, "/particles/" + name).get(), "value",
+                              layout, H5T_NATIVE_DOUBLE, record.positions.data());
     }
 
     const Hdf5Output& output_;
     const StudyDescription& description_;
     hsize_t next_point_ = 0;
-    std::vector<double> nothing_; ///< a row without a history
+    std::vector<std::array<std::int64_t, 4>> places_; ///< of trajectories in other files, by point
+    std::vector<double> nothing_;                     ///< a row without a history
     GroupHandle histories_;
     GroupHandle particles_;
     DatasetHandle tip_;
@@ -326,16 +332,8 @@ void write_root(const Hdf5Output& output, const StudyDescription& description) {
     output.write_attribute(root, "spheres", std::int64_t{description.spheres});
     output.write_attribute(root, "trajectory_compression",
                            std::int64_t{description.trajectory_compression});
-}
-
-void write_h5md(const Hdf5Output& output, const StudyDescription& description) {
-    const GroupHandle h5md = output.create_group(output.root(), "h5md");
-    output.write_attribute(h5md.get(), "version", std::array<std::int32_t, 2>{1, 1});
-    const GroupHandle author = output.create_group(h5md.get(), "author");
-    output.write_attribute(author.get(), "name", std::string("culm"));
-    const GroupHandle creator = output.create_group(h5md.get(), "creator");
-    output.write_attribute(creator.get(), "name", std::string("culm"));
-    output.write_attribute(creator.get(), "version", description.version);
+    output.write_attribute(root, "trajectory_precision",
+                           std::string(description.single_precision ? "float32" : "float64"));
 }
 
 GroupHandle write_provenance(const Hdf5Output& output, const StudyDescription& description) {
@@ -387,7 +385,7 @@ void require_fitting(const PointRecord& record, std::int64_t point,
     if (description.stored.heights)
         require("deflections at heights", record.height_deflection.size(),
                 samples * description.heights.size());
-    if (description.stored.positions)
+    if (description.stored.positions && !record.trajectory)
         require("coordinates", record.positions.size(), samples * spheres * 3);
 }
 
@@ -403,6 +401,7 @@ void write_points(const Hdf5Output& output, const StudyDescription& description,
         histories.append(record && record->completed ? &*record : nullptr);
     }
     results.finish();
+    histories.finish();
 }
 
 } // namespace

@@ -285,8 +285,14 @@ Table timestep_keys() {
 Table archive_keys() {
     Table archive("archive");
     of_vibrations(archive.key("trajectory_compression", &StudyConfig::trajectory_compression,
-                              {0.0, 9.0}, "deflate level of the stored positions; 0: none"))
+                              {0.0, 9.0},
+                              "deflate level of the positions in a study file that `culm archive "
+                              "merge` writes; 0: none"))
         .without_influence();
+    of_vibrations(
+        archive.key("trajectory_precision", &StudyConfig::single_precision_trajectories,
+                    Choices<bool, 2>{{{"float64", false}, {"float32", true}}},
+                    "of the stored positions: `float32` needs half the space and keeps 7 digits"));
     return archive;
 }
 

@@ -75,6 +75,7 @@ struct StudyConfig {
     ReduceOptions reduce;
     TimestepOptions timestep;
     int trajectory_compression = 0; ///< 0 (none) to 9
+    bool single_precision_trajectories = false;
     std::string file;               ///< name for messages
     std::string text;               ///< the file as it was read
     StudyFiles files;               ///< tables of measured stems that it names

@@ -2,6 +2,7 @@
 #include "archive/journal/read.hpp"
 #include "archive/study/file.hpp"
 #include "archive/study/writer.hpp"
+#include "archive/trajectory/reader.hpp"
 #include "core/error.hpp"
 #include "core/user_files.hpp"
 #include "study/config/study_config.hpp"
@@ -17,6 +18,7 @@
 #include <cmath>
 #include <optional>
 #include <system_error>
+#include <utility>
 
 #include <fmt/core.h>
 
@@ -45,6 +47,7 @@ archive::StudyDescription description_of(const Study& study, const archive::Text
     description.version = archive::text_named("version", provenance);
     description.provenance = provenance;
     description.trajectory_compression = study.config.trajectory_compression;
+    description.single_precision = study.config.single_precision_trajectories;
     return description;
 }
 
@@ -97,7 +100,8 @@ void write_archive(const std::filesystem::path& path, const Study& study,
 class FolderRecords {
   public:
     FolderRecords(const StudyFolder& folder, const std::string& identity)
-        : index_(archive::scan_journal_folder(folder.journals(), identity)) {
+        : index_(archive::scan_journal_folder(folder.journals(), identity)),
+          trajectories_(folder.trajectories()) {
         if (is_there(folder.archive()))
             archive_.emplace(folder.archive());
     }
@@ -115,9 +119,15 @@ class FolderRecords {
             (!latest || (!latest->completed && archive_->status(point) == PointStatus::Completed));
         return archive_is_better ? archive_->record(point) : latest;
     }
+    /// Reads positions that are stored outside of the record.
+    void load_positions(PointRecord& record) {
+        if (const auto place = std::exchange(record.trajectory, std::nullopt))
+            record.positions = trajectories_.read(*place);
+    }
 
   private:
     archive::JournalIndex index_;
+    archive::TrajectoryFolder trajectories_;
     std::optional<archive::StudyFile> archive_;
 };
 
@@ -145,6 +155,7 @@ std::optional<PointRecord> chosen_record(std::vector<FolderRecords>& sources, st
         std::optional<PointRecord> other = source.find_record(point);
         if (!other)
             continue;
+        source.load_positions(*other);
         if (chosen) {
             is_repeated = true;
             is_differing = is_differing || !is_same_outcome(*chosen, *other);

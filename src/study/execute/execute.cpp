@@ -2,6 +2,7 @@
 #include "study/execute/execute.hpp"
 
 #include "archive/journal/writer.hpp"
+#include "archive/trajectory/writer.hpp"
 #include "core/error.hpp"
 #include "core/utc_time.hpp"
 #include "farm/communicator.hpp"
@@ -26,6 +27,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+double seconds_since(Clock::time_point start) {
+    return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
 int rank_of(const farm::Communicator* communicator) {
     return communicator == nullptr ? 0 : communicator->rank();
 }
@@ -40,8 +45,9 @@ std::string host_name() {
 class PointWorker {
   public:
     PointWorker(const Study& study, archive::JournalWriter& journal,
-                const ComputePoint& compute_point)
-        : study_(study), journal_(journal), compute_point_(compute_point) {}
+                archive::TrajectoryWriter& trajectories, const ComputePoint& compute_point)
+        : study_(study), journal_(journal), trajectories_(trajectories),
+          compute_point_(compute_point) {}
 
     farm::BatchReport operator()(const farm::Batch& batch, farm::Heartbeat& heartbeat) {
         const auto start = Clock::now();
@@ -56,8 +62,12 @@ class PointWorker {
         std::size_t kept = 0;
         // Each point is in the journal before the next one is counted, so points that the farm
         // reports as done survive the death of this process.
-        const auto commit = [&](const archive::PointRecord& record) {
+        const auto commit = [&](archive::PointRecord record) {
+            const auto computed = Clock::now();
+            if (!record.positions.empty())
+                record.trajectory = trajectories_.write(record.positions);
             journal_.append(record);
+            storage_s_ += seconds_since(computed);
             ++kept;
             ++(record.completed ? report.completed : report.failed);
             heartbeat.beat();
@@ -85,9 +95,11 @@ class PointWorker {
             throw;
         }
         give_back(std::span(batch.points).subspan(kept));
-        report.seconds = std::chrono::duration<double>(Clock::now() - start).count();
+        report.seconds = seconds_since(start);
         return report;
     }
+
+    [[nodiscard]] double storage_s() const { return storage_s_; }
 
   private:
     /// Without the marks the points would count as deaths of this process. That makes a restart
@@ -104,8 +116,10 @@ class PointWorker {
 
     const Study& study_;
     archive::JournalWriter& journal_;
+    archive::TrajectoryWriter& trajectories_;
     const ComputePoint& compute_point_;
     run::Simulator simulator_;
+    double storage_s_ = 0.0;
 };
 
 /// The record of a point that is no longer tried.
@@ -141,6 +155,11 @@ double shortest_expected_time(const std::vector<farm::Batch>& batches, const far
 void compute(const Study& study, const FolderContent& content, const StudyFolder& folder,
              const farm::Communicator* communicator, const ExecuteOptions& options,
              ExecuteOutcome& outcome) {
+    const archive::StudyDescription description = description_of(study, options.provenance);
+    const auto pending = static_cast<std::int64_t>(content.pending_points.size());
+    archive::TrajectoryWriter trajectories(
+        folder.trajectories(), static_cast<std::uint32_t>(rank_of(communicator)), description,
+        pending / (communicator == nullptr ? 1 : communicator->size()));
     std::optional<archive::JournalWriter> journal;
     std::string complaint;
     try {
@@ -162,7 +181,7 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
 
     const std::vector<farm::Batch> batches =
         make_batches(study, content.pending_points, content.suspect_points);
-    PointWorker worker(study, *journal, options.compute_point);
+    PointWorker worker(study, *journal, trajectories, options.compute_point);
     const auto work = std::ref(worker);
     farm::FarmOptions farm_options = options.farm;
     farm_options.seconds_per_cost = 1.0; // make_batches plans in seconds
@@ -175,7 +194,9 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
         outcome.farm = farm::Farm().map(batches, work, farm_options);
     else
         outcome.farm = farm::Farm(*communicator).map(batches, work, farm_options);
+    outcome.storage_s = worker.storage_s();
     outcome.shortest_batch_s = shortest_expected_time(batches, outcome.farm.pace);
+    trajectories.sync();
     journal->close();
     if (rank_of(communicator) == 0)
         write_pace(folder, outcome.farm.pace);
@@ -219,6 +240,7 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
                               options.folder);
     });
     ExecuteOutcome outcome;
+    outcome.lost_trajectories = content.lost_trajectories;
     outcome.resumed_points =
         study.design.point_count() - static_cast<std::int64_t>(content.pending_points.size());
     for (auto* points :
@@ -245,7 +267,7 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
     const auto assembly_start = Clock::now();
     outcome.archive_is_complete =
         farm::on_root(communicator, [&] { return assemble_archive(study, folder, provenance); });
-    outcome.assembly_s = std::chrono::duration<double>(Clock::now() - assembly_start).count();
+    outcome.assembly_s = seconds_since(assembly_start);
     return outcome;
 }
 

@@ -48,7 +48,9 @@ struct ExecuteOptions {
 struct ExecuteOutcome {
     farm::Summary farm;              ///< of this run: points computed before are not in it
     std::int64_t resumed_points = 0; ///< found computed when the run began
+    std::vector<std::string> lost_trajectories; ///< of points that were computed again, in words
     bool archive_is_complete = false;
+    double storage_s = 0.0;  ///< of this rank, in its journal and trajectories
     double assembly_s = 0.0; ///< wall time from the journals to the study file
     /// Expected time of the shortest of this run's batches, s.
     double shortest_batch_s = 0.0;
@@ -103,11 +105,12 @@ struct MergeOutcome {
     std::vector<std::int64_t> differing; ///< those of them whose outcomes are not the same
 };
 
-/// Writes target's study.h5 from the contents of the source folders, which do not change. Points
-/// that are in none of them are marked as missing. A completed outcome takes precedence over a
-/// failed one; otherwise the folder named first does. `provenance` are facts about this program.
-/// InputError: a source contains no study or another one, is being written, does not describe its
-/// design, or the target exists already. StorageError: damage, disk full.
+/// Writes target's study.h5 from the contents of the source folders, which do not change. It holds
+/// all trajectories itself. Points that are in none of the folders are marked as missing. A
+/// completed outcome takes precedence over a failed one; otherwise the folder named first does.
+/// `provenance` are facts about this program. InputError: a source contains no study or another
+/// one, is being written, does not describe its design, or the target exists already. StorageError:
+/// damage, disk full.
 [[nodiscard]] MergeOutcome merge_folders(const std::vector<StudyFolder>& sources,
                                          const StudyFolder& target,
                                          const archive::Texts& provenance);

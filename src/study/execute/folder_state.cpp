@@ -3,6 +3,7 @@
 
 #include "archive/file_descriptor.hpp"
 #include "archive/study/file.hpp"
+#include "archive/trajectory/reader.hpp"
 #include "core/error.hpp"
 #include "study/config/study_config.hpp"
 
@@ -67,6 +68,38 @@ void require_same_identity(const StudyFolder& folder, const std::string& identit
         folder.path().string(), file.filename().string(), difference(state.identity, identity)));
 }
 
+/// An intact record of a journal whose trajectory is missing or damaged.
+struct LostTrajectory {
+    archive::JournalEntry entry;
+    std::string reason;
+};
+
+/// Compares the checksums of the trajectories that the records of a journal name, and removes the
+/// records with a wrong one from the scan.
+std::vector<LostTrajectory> take_lost_trajectories(const StudyFolder& folder,
+                                                   archive::JournalScan& scan) {
+    std::vector<LostTrajectory> lost;
+    const archive::FileDescriptor file(scan.file, archive::FileDescriptor::Access::Read);
+    archive::TrajectoryFolder trajectories(folder.trajectories());
+    bool stores_trajectories = true; // all records of a study do, or none
+    std::erase_if(scan.entries, [&](const archive::JournalEntry& entry) {
+        if (!stores_trajectories || entry.status != PointStatus::Completed)
+            return false;
+        try {
+            const auto place = archive::read_record(file, entry).trajectory;
+            stores_trajectories = place.has_value();
+            if (place)
+                (void)trajectories.read(*place);
+        } catch (const core::StorageError& error) {
+            lost.push_back({entry, fmt::format("the trajectory of point {} is lost: {}",
+                                               entry.point, error.what())});
+            return true;
+        }
+        return false;
+    });
+    return lost;
+}
+
 void read_journals(const StudyFolder& folder, FolderDepth depth, FolderState& state) {
     const auto scan_depth =
         depth == FolderDepth::Verify ? archive::ScanDepth::Everything : archive::ScanDepth::Headers;
@@ -78,6 +111,9 @@ void read_journals(const StudyFolder& folder, FolderDepth depth, FolderState& st
             JournalState journal{archive::scan_journal(file, state.identity, scan_depth),
                                  file.is_locked(), seconds_since_change(path)};
             state.journal_bytes += journal.scan.size;
+            if (depth == FolderDepth::Verify)
+                for (const LostTrajectory& lost : take_lost_trajectories(folder, journal.scan))
+                    state.problems.push_back(lost.reason);
             state.journals.push_back(std::move(journal));
         });
     }
@@ -251,6 +287,11 @@ FolderContent prepare_folder(const StudyFolder& folder, const std::string& ident
     refuse_other_journals(folder, identity);
     for (archive::JournalScan& scan : archive::scan_journal_folder(folder.journals(), identity)) {
         refuse_without_resume(folder.path(), options.resume);
+        make_writable(folder);
+        for (const LostTrajectory& lost : take_lost_trajectories(folder, scan)) {
+            archive::discard_record(scan.file, lost.entry);
+            content.lost_trajectories.push_back(lost.reason);
+        }
         state.journals.push_back({std::move(scan)});
     }
     make_writable(folder);

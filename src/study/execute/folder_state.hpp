@@ -82,6 +82,9 @@ struct FolderContent {
     std::vector<std::int64_t> suspect_points;
     /// Points without an outcome that reached the crash limit; ascending, none of them pending.
     std::vector<std::int64_t> given_up_points;
+    /// Trajectories that the journals named and that are missing or damaged, in words; their points
+    /// are pending.
+    std::vector<std::string> lost_trajectories;
 };
 
 /// Prepares the folder for a study with this identity and number of points, and verifies every

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "archive/file_descriptor.hpp"
+#include "archive/trajectory/place.hpp"
 
 #include <filesystem>
 
@@ -16,6 +17,10 @@ class StudyFolder {
     [[nodiscard]] const std::filesystem::path& path() const { return folder_; }
     [[nodiscard]] std::filesystem::path archive() const { return folder_ / "study.h5"; }
     [[nodiscard]] std::filesystem::path journals() const { return folder_ / "journal"; }
+    /// Trajectories of every point, written by the ranks and named by the journals and the archive.
+    [[nodiscard]] std::filesystem::path trajectories() const {
+        return folder_ / archive::trajectory_folder_name;
+    }
     [[nodiscard]] std::filesystem::path journal_of_rank(int rank) const;
     /// Description of the running study (journal_notes.hpp).
     [[nodiscard]] std::filesystem::path note() const { return journals() / "study.json"; }
