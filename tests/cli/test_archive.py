@@ -125,8 +125,21 @@ bond_youngs_modulus_gpa = [4]
                 journals = self.told("status", "out")["journals"]
         idle = next(k for k, journal in enumerate(journals) if journal["is_waiting"])
         self.assertRegex(self.culm("archive", "status", "out").stdout,
-                         rf"waiting   ranks {idle} for up to \d+ s: the other ranks "
+                         rf"rank {idle}    waits for \d+ s: the other ranks "
                          "compute all remaining points\n")
+        self.assertRegex(self.culm("archive", "status", "out").stdout,
+                         rf"rank {1 - idle}    computes 0 for \d+ s\n")
+
+    def test_follow_prints_until_the_study_ends_and_expects_its_end(self):
+        self.write("s.toml", self.ONE_POINT.replace("[25]", "[25, 26, 27]")
+                   .replace("= 20", "= 10"))
+        self.start(*launcher(1), PROGRAM, "run", "s.toml", "-o", "out", "-q")
+        self.wait_for_points("out", 1)
+        followed = self.culm("archive", "status", "out", "--follow")
+        self.assert_exit(followed, DONE)
+        self.assertRegex(followed.stdout, r"(?s)state +running\n.*rank 0 +computes [12]")
+        self.assertRegex(followed.stdout, r"end       in about \d+ s\n")
+        self.assertRegex(followed.stdout, r"\n\nstate +not running; archived\n")
 
 
 class OlderFormats(ArchiveTest):

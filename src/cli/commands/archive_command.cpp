@@ -7,11 +7,17 @@
 #include "study/execute/execute.hpp"
 #include "study/execute/folder_state.hpp"
 
+#include <chrono>
+#include <cstdio>
 #include <functional>
 #include <string>
+#include <string_view>
+#include <thread>
+#include <utility>
 #include <vector>
 
 #include <fmt/core.h>
+#include <unistd.h>
 
 namespace culm::cli {
 namespace {
@@ -19,10 +25,25 @@ namespace {
 struct LookArguments {
     std::string folder;
     std::string json;
+    bool follows = false;
 };
 
 using Text = std::function<std::string(const study::StudyFolder&, const study::FolderState&)>;
 using Check = std::function<bool(const study::FolderState&)>;
+
+/// Prints the state again every two seconds, in place on a terminal, as long as the study runs.
+study::FolderState follow(const study::StudyFolder& folder, study::FolderState state,
+                          const Text& text) {
+    const bool is_terminal = ::isatty(STDOUT_FILENO) == 1;
+    for (; state.is_running();
+         state = study::read_folder_state(folder, study::FolderDepth::Glance)) {
+        fmt::print("{}{}{}", is_terminal ? "\x1b[H\x1b[J" : "", text(folder, state),
+                   is_terminal ? "" : "\n");
+        std::fflush(stdout);
+        std::this_thread::sleep_for(std::chrono::seconds(2));
+    }
+    return state;
+}
 
 /// Adds a command that prints the state of a folder; its exit code is 3 if the state `is_bad`.
 void add_look(CLI::App& archive, core::ExitCode& exit_code, const char* name,
@@ -34,9 +55,14 @@ void add_look(CLI::App& archive, core::ExitCode& exit_code, const char* name,
         ->required();
     add_option(*command, "--json", arguments->json, "FILE",
                "Write it as JSON to this file (- for stdout)");
+    if (std::string_view(name) == "status")
+        command->add_flag("--follow", arguments->follows,
+                          "Print it again every two seconds until the study ends");
     command->callback([arguments, &exit_code, depth, text, is_bad] {
         const study::StudyFolder folder(arguments->folder);
-        const study::FolderState state = study::read_folder_state(folder, depth);
+        study::FolderState state = study::read_folder_state(folder, depth);
+        if (arguments->follows)
+            state = follow(folder, std::move(state), text);
         if (!arguments->json.empty())
             present::write_json(arguments->json, present::folder_json(state));
         if (arguments->json != "-")

@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
+#include <iterator>
 #include <map>
 #include <ranges>
 #include <string>
@@ -88,43 +90,49 @@ std::string journals_text(const FolderState& state) {
             : fmt::format("; {} of a point that has another one", state.repeated_outcomes));
 }
 
-/// The points of which a process has begun the computation.
-std::string started_points(const std::map<std::int64_t, int>& starts) {
-    const auto points = starts | std::views::keys;
-    return ranges_text({points.begin(), points.end()});
-}
-
 std::string unfinished_text(const FolderState& state) {
     const std::map<std::int64_t, int> starts = state.unfinished_starts();
     if (starts.empty())
         return {};
     const int most = std::ranges::max(starts | std::views::values);
-    std::string text =
-        fmt::format("started   {} without an outcome: {}\n", starts.size(), started_points(starts));
+    const auto points = starts | std::views::keys;
+    std::string text = fmt::format("started   {} without an outcome: {}\n", starts.size(),
+                                   ranges_text({points.begin(), points.end()}));
     if (most > 1)
         text += fmt::format("          up to {} times: processes died while they computed them\n",
                             most);
     return text;
 }
 
-/// The ranks that compute nothing, and why; their journals have the numbers of the ranks.
-std::string waiting_text(const FolderState& state) {
-    std::vector<std::int64_t> ranks;
-    double longest = 0.0;
-    for (const study::JournalState& journal : state.journals)
-        if (journal.is_waiting) {
-            ranks.push_back(std::atoll(&journal.scan.file[journal.scan.file.rfind('-') + 1]));
-            longest = std::max(longest, journal.age_s);
-        }
-    if (ranks.empty())
-        return {};
+std::int64_t rank_of(const study::JournalState& journal) {
+    return std::atoll(&journal.scan.file[journal.scan.file.rfind('-') + 1]);
+}
+
+/// What the ranks of a running study do, for how long, and why they wait: first those whose
+/// journals have not changed for the longest time. The journals have the numbers of the ranks.
+std::string ranks_text(const FolderState& state) {
+    constexpr std::size_t most = 16;
+    std::vector<study::JournalState> ranks;
+    std::ranges::copy_if(state.journals, std::back_inserter(ranks),
+                         &study::JournalState::is_locked);
+    std::ranges::stable_sort(ranks, std::ranges::greater{}, &study::JournalState::age_s);
     const std::int64_t remaining =
         state.counts().missing - static_cast<std::int64_t>(state.unfinished_starts().size());
-    return fmt::format(
-        "waiting   ranks {} for up to {:.0f} s: {}\n", ranges_text(ranks), longest,
+    const std::string reason =
         remaining <= 0 ? "the other ranks compute all remaining points"
                        : counted(remaining, "point") +
-                             " not begun, which another rank holds or which would end too late");
+                             " not begun, which another rank holds or which would end too late";
+    std::string text;
+    for (const study::JournalState& rank : ranks | std::views::take(most)) {
+        const double age = std::max(0.0, rank.age_s);
+        text += fmt::format("rank {:<4} {}\n", rank_of(rank),
+                            rank.is_waiting() ? fmt::format("waits for {:.0f} s: {}", age, reason)
+                                              : fmt::format("computes {} for {:.0f} s",
+                                                            ranges_text(rank.computing), age));
+    }
+    if (ranks.size() > most)
+        text += fmt::format("          … and {} more ranks\n", ranks.size() - most);
+    return text;
 }
 
 std::string damage_text(const study::JournalState& journal) {
@@ -191,7 +199,9 @@ void describe_journal(To& to, const study::JournalState& journal) {
     to("bytes", scan.size);
     to("outcomes", [&] { return scan.entries.size(); });
     to("is_written_now", journal.is_locked);
-    to("is_waiting", journal.is_waiting, "its rank computes nothing");
+    to("rank", [&] { return rank_of(journal); });
+    to("computing", journal.computing, "missing points that its rank has begun");
+    to("is_waiting", [&] { return journal.is_waiting(); });
     to("age_s", journal.age_s);
     to("torn_tail_bytes", scan.torn_tail_bytes);
     to("skipped_bytes", scan.skipped_bytes);
@@ -231,6 +241,7 @@ void describe(To& to, const FolderFile& of) {
              [&] { describe_archive(to, state); });
     to.list("journals", state.journals,
             [&](const study::JournalState& journal) { describe_journal(to, journal); });
+    to("remaining_s", state.remaining_s, "null: not known");
     to("repeated_outcomes", state.repeated_outcomes);
     to.list(
         "unfinished_starts", [&] { return state.unfinished_starts(); },
@@ -303,10 +314,9 @@ std::string status_text(const FolderState& state) {
         text += journals_text(state) +
                 fmt::format("last      written {:.0f} s ago\n", std::max(0.0, youngest->age_s));
     }
-    text += state.is_running() && !state.unfinished_starts().empty()
-                ? fmt::format("computing {}\n", started_points(state.unfinished_starts()))
-                : unfinished_text(state);
-    text += waiting_text(state);
+    text += state.is_running() ? ranks_text(state) : unfinished_text(state);
+    if (state.remaining_s)
+        text += fmt::format("end       in about {:.0f} s\n", *state.remaining_s);
     for (const std::string& problem : state.problems)
         text += fmt::format("problem   {}\n", problem);
     return text;

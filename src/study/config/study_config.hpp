@@ -76,9 +76,9 @@ struct StudyConfig {
     TimestepOptions timestep;
     int trajectory_compression = 0; ///< 0 (none) to 9
     bool single_precision_trajectories = false;
-    std::string file;               ///< name for messages
-    std::string text;               ///< the file as it was read
-    StudyFiles files;               ///< tables of measured stems that it names
+    std::string file; ///< name for messages
+    std::string text; ///< the file as it was read
+    StudyFiles files; ///< tables of measured stems that it names
 
     /// Sorted "key = value" lines of everything that influences the results, after defaults and in
     /// config units: two studies with equal identities compute the same archive. The name, the

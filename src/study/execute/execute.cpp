@@ -207,10 +207,13 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
 
 /// The note informs people who watch the study. A full disk is reported by the journals.
 void leave_note(const Study& study, const StudyFolder& folder, const std::string& start,
-                const farm::Communicator* communicator, const ExecuteOptions& options) {
+                const FolderContent& content, const farm::Communicator* communicator,
+                const ExecuteOptions& options) {
     archive::Texts note = provenance_of(study.config, options.provenance);
     note.emplace_back("points", std::to_string(study.design.point_count()));
     note.emplace_back("start", start);
+    note.emplace_back("pending", std::to_string(content.pending_points.size()));
+    note.emplace_back("journalled", std::to_string(content.journalled));
     note.emplace_back("ranks", std::to_string(communicator == nullptr ? 1 : communicator->size()));
     try {
         write_note(folder, note);
@@ -253,7 +256,7 @@ ExecuteOutcome execute(const Study& study, const StudyFolder& folder,
         return outcome;
     }
     if (rank_of(communicator) == 0)
-        leave_note(study, folder, start, communicator, options);
+        leave_note(study, folder, start, content, communicator, options);
     compute(study, content, folder, communicator, options, outcome);
 
     archive::Texts provenance = provenance_of(study.config, options.provenance);

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cstdlib>
 #include <string_view>
 #include <system_error>
 #include <utility>
@@ -146,15 +147,31 @@ void add_journals_to_points(FolderState& state) {
         for (const archive::JournalEntry& entry : journal.scan.entries)
             add_outcome(entry, points, is_journalled, state);
     for (JournalState& journal : state.journals) {
-        journal.is_waiting = journal.is_locked;
         for (const auto& [point, times] : journal.scan.unfinished_starts) {
             if (point < 0 || point >= static_cast<std::int64_t>(points.size()))
                 continue;
             state.deaths[point] += times;
-            if (points[static_cast<std::size_t>(point)] == PointStatus::Missing)
-                journal.is_waiting = false;
+            if (journal.is_locked &&
+                points[static_cast<std::size_t>(point)] == PointStatus::Missing)
+                journal.computing.push_back(point);
         }
     }
+}
+
+/// Expects the remaining points to take as long as those that this run has computed.
+std::optional<double> remaining_seconds(const StudyFolder& folder, const FolderState& state) {
+    if (!state.is_running() || !state.note)
+        return std::nullopt;
+    const auto number = [&state](const char* name) {
+        return std::atof(archive::text_named(name, *state.note).c_str());
+    };
+    double computed = -number("journalled");
+    for (const JournalState& journal : state.journals)
+        computed += static_cast<double>(journal.scan.entries.size());
+    if (computed <= 0.0)
+        return std::nullopt;
+    const double pending = std::max(0.0, number("pending") - computed);
+    return pending * seconds_since_change(folder.note()) / computed;
 }
 
 void refuse_other_study(const fs::path& where, const std::string& stored,
@@ -267,6 +284,7 @@ FolderState read_folder_state(const StudyFolder& folder, FolderDepth depth) {
                              PointStatus::Missing);
     if (state.points)
         add_journals_to_points(state);
+    state.remaining_s = remaining_seconds(folder, state);
     return state;
 }
 
@@ -292,6 +310,7 @@ FolderContent prepare_folder(const StudyFolder& folder, const std::string& ident
             archive::discard_record(scan.file, lost.entry);
             content.lost_trajectories.push_back(lost.reason);
         }
+        content.journalled += static_cast<std::int64_t>(scan.entries.size());
         state.journals.push_back({std::move(scan)});
     }
     make_writable(folder);

@@ -21,9 +21,12 @@ namespace culm::study {
 /// One journal of the folder.
 struct JournalState {
     archive::JournalScan scan;
-    bool is_locked = false;  ///< a process writes it
-    double age_s = 0.0;      ///< since its last change
-    bool is_waiting = false; ///< that process has begun no point that is still missing
+    bool is_locked = false; ///< a process writes it
+    double age_s = 0.0;     ///< since its last change
+    std::vector<std::int64_t> computing =
+        {}; ///< missing points that this process has begun, ascending
+
+    [[nodiscard]] bool is_waiting() const { return is_locked && computing.empty(); }
 };
 
 struct PointCounts {
@@ -43,6 +46,7 @@ struct FolderState {
     std::optional<std::vector<archive::PointStatus>> points; ///< nothing: their number is unknown
     std::int64_t repeated_outcomes = 0; ///< outcomes in the journals that others supersede
     std::map<std::int64_t, int> deaths; ///< unfinished starts of points of the design
+    std::optional<double> remaining_s;  ///< of a running study, if its next points take as long
     std::uint64_t archive_bytes = 0;
     std::uint64_t journal_bytes = 0;
 
@@ -82,6 +86,7 @@ struct FolderContent {
     std::vector<std::int64_t> suspect_points;
     /// Points without an outcome that reached the crash limit; ascending, none of them pending.
     std::vector<std::int64_t> given_up_points;
+    std::int64_t journalled = 0; ///< outcomes in the journals
     /// Trajectories that the journals named and that are missing or damaged, in words; their points
     /// are pending.
     std::vector<std::string> lost_trajectories;

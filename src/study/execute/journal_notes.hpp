@@ -12,7 +12,9 @@
 namespace culm::study {
 
 /// Replaces the folder's note atomically: readers find the old or the new one. `note`: the texts of
-/// provenance_of(), and "points", "start" and "ranks" of the latest run. StorageError.
+/// provenance_of(), and "points", "start" and "ranks" of the latest run, with the points that it
+/// had to compute ("pending") and the outcomes in the journals before it ("journalled").
+/// StorageError.
 void write_note(const StudyFolder& folder, const archive::Texts& note);
 
 /// Empty if there is no note (an archive without journals, or journals of an older culm).
