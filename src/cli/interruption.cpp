@@ -10,7 +10,6 @@
 #include <csignal>
 #include <cstdint>
 #include <cstring>
-#include <utility>
 #include <vector>
 
 #include <fmt/core.h>
@@ -89,11 +88,7 @@ std::function<bool()> stop_after_signal(const farm::Communicator* communicator,
 std::optional<RunDeadline> run_deadline(const std::string& walltime, farm::Clock::time_point start,
                                         const farm::Communicator* communicator) {
     // All ranks must agree.
-    using SecondsAndSource = std::pair<double, std::string>;
-    const auto answer = farm::on_root(communicator, [&]() -> std::optional<SecondsAndSource> {
-        const auto left = time_left(walltime, start);
-        return left ? std::optional<SecondsAndSource>({left->seconds, left->source}) : std::nullopt;
-    });
+    const auto answer = farm::on_root(communicator, [&] { return time_left(walltime, start); });
     if (!answer)
         return std::nullopt;
     const auto& [left, source] = *answer;

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 namespace culm::cli {
 
@@ -54,6 +55,12 @@ std::string chain_words(const RecordingArguments& arguments) {
     if (arguments.window_s)
         text += fmt::format(" --window {}", *arguments.window_s);
     return text;
+}
+
+std::string model_words(const RecordingArguments& arguments,
+                        const std::vector<std::string>& effects) {
+    const std::string names = fmt::format("{}", fmt::join(effects, ","));
+    return (names.empty() ? "" : " --with" + as_words({names})) + chain_words(arguments);
 }
 
 void write_results(const RecordingArguments& arguments,

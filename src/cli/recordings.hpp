@@ -47,6 +47,9 @@ void add_chain_options(CLI::App& command, RecordingArguments& arguments);
 
 /// The options of the chain that differ from their defaults, each after a space.
 [[nodiscard]] std::string chain_words(const RecordingArguments& arguments);
+/// " --with EFFECT,...", if there are any, and chain_words().
+[[nodiscard]] std::string model_words(const RecordingArguments& arguments,
+                                      const std::vector<std::string>& effects);
 
 /// "next: culm fit DIR" after an empty line; nothing with --quiet.
 [[nodiscard]] std::string next_step(const RecordingArguments& arguments,

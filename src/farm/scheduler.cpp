@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "farm/scheduler.hpp"
 
-#include "farm/batch.hpp"
-
 #include <algorithm>
-
-#include <fmt/format.h>
 
 namespace culm::farm {
 
@@ -15,8 +11,6 @@ Scheduler::Scheduler(std::span<const double> costs, int ranks, double chunk_seco
       chunk_seconds_(chunk_seconds > 0.0 ? std::max(chunk_seconds, ranks * coordinator_seconds)
                                          : 0.0),
       expected_seconds_per_cost_(seconds_per_cost) {
-    if (ranks < 1)
-        throw FarmError(fmt::format("a scheduler for {} ranks: there must be at least one", ranks));
     held_.resize(static_cast<std::size_t>(ranks));
     cost_before_.reserve(costs.size() + 1);
     cost_before_.push_back(0.0);

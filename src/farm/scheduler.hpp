@@ -40,8 +40,7 @@ class Scheduler {
 
     /// `costs`: of the batches in the plan's order, any unit, not all zero. `seconds_per_cost`:
     /// expected time of a unit of cost, used until the first reports; 0: unknown, and ranges are
-    /// single batches until then. They always are if `chunk_seconds` is 0. Throws FarmError if
-    /// `ranks` < 1.
+    /// single batches until then. They always are if `chunk_seconds` is 0.
     Scheduler(std::span<const double> costs, int ranks, double chunk_seconds,
               double seconds_per_cost = 0.0);
 

@@ -4,7 +4,7 @@
 #include "core/error.hpp"
 #include "fit/errors/stated_inputs.hpp"
 #include "fit/errors/terms.hpp"
-#include "fit/noise/at_rest.hpp"
+#include "fit/noise/reading_noise.hpp"
 #include "fit/solve/error_solution.hpp"
 #include "physics/effects/library.hpp"
 #include "run/modes.hpp"

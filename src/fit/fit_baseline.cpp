@@ -3,8 +3,7 @@
 #include "fit/errors/terms.hpp"
 #include "fit/fit_model.hpp"
 #include "fit/fit_numbers.hpp"
-#include "fit/noise/at_rest.hpp"
-#include "fit/noise/in_motion.hpp"
+#include "fit/noise/reading_noise.hpp"
 
 #include <algorithm>
 #include <cmath>

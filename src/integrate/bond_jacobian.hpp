@@ -65,21 +65,13 @@ template <class Dual, class T>
             Dual(bond.bending_damping)};
 }
 
-/// A bending law as dual numbers that depend on nothing.
-template <class Dual, class T>
-[[nodiscard]] std::optional<physics::BendingLaw<Dual>>
-as_dual(const std::optional<physics::BendingLaw<T>>& law) {
+/// A law of three numbers (of bending or its loss) as dual numbers that depend on nothing.
+template <class Dual, template <class> class Law, class T>
+[[nodiscard]] std::optional<Law<Dual>> as_dual(const std::optional<Law<T>>& law) {
     if (!law)
         return std::nullopt;
-    return physics::BendingLaw<Dual>{Dual(law->cubic), Dual(law->split), Dual(law->angle)};
-}
-
-template <class Dual, class T>
-[[nodiscard]] std::optional<physics::BendingLoss<Dual>>
-as_dual(const std::optional<physics::BendingLoss<T>>& loss) {
-    if (!loss)
-        return std::nullopt;
-    return physics::BendingLoss<Dual>{Dual(loss->time), Dual(loss->power), Dual(loss->curvature)};
+    const auto& [first, second, third] = *law;
+    return Law<Dual>{Dual(first), Dual(second), Dual(third)};
 }
 
 /// Evaluates Jacobians of bonds; T is double or SIMD lanes.

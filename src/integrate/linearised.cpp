@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "integrate/linearised.hpp"
-
 #include "integrate/bond_jacobian.hpp"
+#include "integrate/modes.hpp"
 
 #include <vector>
 

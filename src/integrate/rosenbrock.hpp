@@ -325,18 +325,12 @@ class Rosenbrock {
     /// Adds the last increment to the last stage's argument, which gives the new state. Returns
     /// whether any lane accepted it.
     bool take_over(const std::array<bool, lanes>& accepted) {
-        bool any = false;
-        bool all = true;
-        for (const bool lane : accepted) {
-            any = any || lane;
-            all = all && lane;
-        }
-        if (!any)
+        if (std::ranges::find(accepted, true) == accepted.end())
             return false;
         const std::vector<T>& last = increments_[Method::stages - 1];
         for (std::size_t k = 0; k < argument_.size(); ++k)
             argument_[k] = argument_[k] + last[k];
-        if (all) {
+        if (std::ranges::find(accepted, false) == accepted.end()) {
             std::swap(state_, argument_);
         } else if constexpr (lanes > 1) {
             const T choice =

@@ -180,9 +180,6 @@ class LoadStep {
     [[nodiscard]] physics::NodeLoad<Dim, double>
     node_load_at_rest(int i, physics::SphereState<Dim, double> sphere,
                       const std::vector<double>& state) const {
-        physics::NodeLoad<Dim, double> load;
-        if (chain_.model().user_laws.empty())
-            return load;
         sphere.velocity = core::Vec<Dim, double>::zero();
         const auto below = i > 0 ? chain_.bond_extras(state.data(), i - 1, 0.0, false)
                                  : physics::BondExtras<Dim, double>{};

@@ -26,6 +26,8 @@ struct BondLawOptions {
     /// The factor before β in the damping coefficients: 2 in the paper, √2 in Guo et al. (2013).
     double damping_factor = 2.0;
     DampingInertia damping_inertia = DampingInertia::Reduced;
+
+    friend bool operator==(const BondLawOptions&, const BondLawOptions&) = default;
 };
 
 /// The law of the authors' public code: the shear damping force exerts no torque.

@@ -10,6 +10,7 @@
 #include "physics/clamp_law.hpp"
 #include "physics/user_law.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -152,12 +153,8 @@ struct ChainModel {
     }
     /// Does sphere 0 turn?
     [[nodiscard]] bool base_turns() const {
-        if (hinge)
-            return true;
-        for (const UserLaw<T>& law : user_laws)
-            if (law.kind == UserLawKind::BaseMoment)
-                return true;
-        return false;
+        return hinge || std::ranges::find(user_laws, UserLawKind::BaseMoment, &UserLaw<T>::kind) !=
+                            user_laws.end();
     }
 };
 

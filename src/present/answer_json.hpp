@@ -4,23 +4,34 @@
 
 #include "core/describe.hpp"
 #include "diagnose/diagnosis.hpp"
+#include "physics/bond_law_options.hpp"
 #include "physics/effects/effect.hpp"
 #include "present/diagnosis.hpp"
 
 #include <optional>
 #include <vector>
 
-namespace culm::present {
+namespace culm::diagnose {
 
 template <class To>
-void describe(To& to, const DiagnosisOptionsView& options) {
-    to("law", options.law);
-    to("spheres", options.spheres);
-    to("window_s", options.window);
+void describe(To& to, const DiagnosisOptions& options) {
+    const auto names = [](const fit::SelectedEffects& effects) {
+        std::vector<std::string> texts;
+        for (const physics::SelectedEffect& selected : effects)
+            texts.push_back(physics::to_string(selected));
+        return texts;
+    };
+    to("law", [&] { return physics::law_name(options.candidate.chain.law); });
+    to("spheres", options.candidate.chain.spheres);
+    to("window_s", options.candidate.window);
     to("max_effects", options.most_effects);
-    to("candidates", options.candidates);
-    to("known", options.known);
+    to("candidates", [&] { return names(options.candidates); });
+    to("known", [&] { return names(options.known); });
 }
+
+} // namespace culm::diagnose
+
+namespace culm::present {
 
 template <class To>
 void describe_families(To& to, const std::vector<diagnose::NamedFamily>& families) {

@@ -16,6 +16,9 @@ namespace culm::present {
 /// Index of the last model that improves on the one that it is compared with; 0: the baseline.
 [[nodiscard]] std::size_t best_model(const diagnose::Ladder& ladder);
 
+/// The uppermost model that could be fitted; null if none could.
+[[nodiscard]] const diagnose::LadderModel* last_fitted(const diagnose::Ladder& ladder);
+
 /// Does the published chain explain the measurement, and with which added effects does it?
 [[nodiscard]] std::string comparison_headline(const diagnose::Ladder& ladder,
                                               const std::string& measurement);

@@ -68,20 +68,13 @@ void describe_model(To& to, const diagnose::Ladder& ladder, std::size_t index) {
     to.when(!model.fit.failed(), [&] { describe_fitted_model(to, model, index); });
 }
 
-/// The noise of the last model that could be fitted.
 template <class To>
 void describe_noise(To& to, const diagnose::Ladder& ladder) {
-    const auto last = [&] {
-        const fit::RecordingFit* found = nullptr;
-        for (const LadderModel& model : ladder.models)
-            if (!model.fit.failed())
-                found = &model.fit.parts.front();
-        return found;
-    };
-    to.when(last() != nullptr, [&] {
-        to("noise_mm", [&] { return fit::typical_noise(*last()); });
-        to("noise_source", [&] { return last()->noise_source; });
-        to("noise_known", [&] { return last()->is_noise_known; });
+    const LadderModel* last = last_fitted(ladder);
+    to.when(last != nullptr, [&] {
+        to("noise_mm", [&] { return fit::typical_noise(last->fit.parts.front()); });
+        to("noise_source", [&] { return last->fit.parts.front().noise_source; });
+        to("noise_known", [&] { return last->fit.parts.front().is_noise_known; });
     });
 }
 

@@ -99,13 +99,6 @@ const diagnose::Comparison& comparison_of(const diagnose::Ladder& ladder, std::s
     return *ladder.models[model].comparison;
 }
 
-/// The uppermost model that could be fitted; null if none could.
-const diagnose::LadderModel* last_fitted(const diagnose::Ladder& ladder) {
-    const auto last = std::find_if(ladder.models.rbegin(), ladder.models.rend(),
-                                   [](const auto& model) { return !model.fit.failed(); });
-    return last == ladder.models.rend() ? nullptr : &*last;
-}
-
 std::string comparison_header(const diagnose::Ladder& ladder,
                               const measure::Measurement& measurement, const std::string& law) {
     const diagnose::LadderModel* last = last_fitted(ladder);
@@ -178,6 +171,12 @@ std::size_t best_model(const diagnose::Ladder& ladder) {
                                    [](const auto& model) { return model.is_gain; });
     return best == ladder.models.rend() ? 0
                                         : static_cast<std::size_t>(ladder.models.rend() - best) - 1;
+}
+
+const diagnose::LadderModel* last_fitted(const diagnose::Ladder& ladder) {
+    const auto last = std::find_if(ladder.models.rbegin(), ladder.models.rend(),
+                                   [](const auto& model) { return !model.fit.failed(); });
+    return last == ladder.models.rend() ? nullptr : &*last;
 }
 
 std::string comparison_headline(const diagnose::Ladder& ladder, const std::string& measurement) {

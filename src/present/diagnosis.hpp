@@ -7,29 +7,17 @@
 #include "measure/folder/measurement.hpp"
 #include "present/provenance.hpp"
 
-#include <cstddef>
-#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace culm::present {
 
-struct DiagnosisOptionsView {
-    std::string law; ///< of the bonds' damping
-    std::optional<int> spheres{};
-    std::optional<double> window{}; ///< s
-    std::size_t most_effects = 0;
-    std::vector<std::string> candidates{};
-    std::vector<std::string> known{};
-};
-
-/// A diagnosis with its recordings and candidates, and how it was made.
+/// A diagnosis with its recordings, and how it was made.
 struct DiagnosisReport {
     core::Viewed<diagnose::Diagnosis> found;
     std::span<const measure::Measurement> recordings;
-    core::Viewed<fit::SelectedEffects> candidates; ///< those that were tried
-    DiagnosisOptionsView options;
+    core::Viewed<diagnose::DiagnosisOptions> options;
     std::vector<std::string> folders{}; ///< (recordings)
     Provenance provenance{};
 

@@ -199,7 +199,7 @@ void describe(To& to, const DiagnosisReport& report) {
              [&](const auto& force) { describe_missing_force(to, force); });
     to("runs", found.batches);
     describe_recordings(to, report);
-    to("options", report.options);
+    to("options", *report.options);
     to("provenance", report.provenance);
 }
 

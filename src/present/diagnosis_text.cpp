@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/solve/residual_statistics.hpp"
+#include "physics/bond_law_options.hpp"
 #include "present/diagnosis.hpp"
 #include "present/laboratory.hpp"
 #include "present/parameters.hpp"
@@ -8,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <ranges>
 #include <vector>
 
@@ -73,7 +75,8 @@ std::vector<std::string> consequence_sentences(const DiagnosisReport& report) {
         fmt::format("Residual (rms): {}; the noise is {}.", residual, unit.text(report.noise()))};
     if (first.moves()) {
         sentences.push_back("Y: " + before_and_after(physics::bond_youngs_modulus, first, last));
-        sentences.push_back(fmt::format("beta (law {}): {}", report.options.law,
+        sentences.push_back(fmt::format("beta (law {}): {}",
+                                        physics::law_name(report.options->candidate.chain.law),
                                         before_and_after(physics::bond_damping, first, last)));
     }
     if (last.has_moved_inputs)
@@ -120,18 +123,15 @@ std::vector<std::string> explanations(const DiagnosisReport& report) {
     std::vector<std::string> sentences;
     if (std::string far_off = far_off_sentence(over_noise(report.best_fit())); !far_off.empty())
         sentences.push_back(std::move(far_off));
-    for (std::string& sentence : explanation_sentences(found))
-        sentences.push_back(std::move(sentence));
+    std::ranges::copy(explanation_sentences(found), std::back_inserter(sentences));
     if (found.conclusion == Conclusion::Unknown && found.ladder.size() > 1)
         sentences.push_back(fmt::format(
             "The best explanation, {}, accounts for {:.0f} % of the misfit.",
             explanation_name(found, found.alternatives.front().families), 100.0 * found.explained));
-    for (std::string& sentence : consequence_sentences(report))
-        sentences.push_back(std::move(sentence));
+    std::ranges::copy(consequence_sentences(report), std::back_inserter(sentences));
     if (found.conclusion == Conclusion::Unknown) {
         sentences.push_back(fmt::format("Why: {}.", found.reason));
-        for (std::string& sentence : sentences_on_unknown(found))
-            sentences.push_back(std::move(sentence));
+        std::ranges::copy(sentences_on_unknown(found), std::back_inserter(sentences));
     }
     if (!found.is_complete)
         sentences.push_back(
@@ -288,15 +288,13 @@ double DiagnosisReport::noise() const {
 }
 
 std::string DiagnosisReport::summary_of(const std::string& effect) const {
-    const auto candidate = std::ranges::find_if(
-        *candidates, [&effect](const auto& each) { return each.effect->name == effect; });
-    return candidate == candidates->end() ? std::string() : candidate->effect->summary;
+    const std::size_t place = options->place_of(effect);
+    return place < options->candidates.size() ? options->candidates[place].effect->summary : "";
 }
 
 std::vector<std::string> diagnosis_sentences(const DiagnosisReport& report) {
     std::vector<std::string> sentences{diagnosis_headline(*report.found)};
-    for (std::string& sentence : explanations(report))
-        sentences.push_back(std::move(sentence));
+    std::ranges::copy(explanations(report), std::back_inserter(sentences));
     return sentences;
 }
 

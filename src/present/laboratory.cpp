@@ -230,7 +230,7 @@ void describe(To& to, const LaboratoryFile& file) {
                    : std::nullopt;
     });
     to("folders", file.report->folders);
-    to("options", file.report->options);
+    to("options", *file.report->options);
     to("provenance", file.report->provenance);
 }
 

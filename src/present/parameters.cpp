@@ -79,14 +79,6 @@ std::string value_text(const fit::FittedParameter& parameter) {
     return text + (parameter.is_at_bound ? "  (at its bound)" : "");
 }
 
-namespace {
-
-bool is_contradicted(const fit::Pull& pull) {
-    return std::abs(pull.value) > fit::contradiction;
-}
-
-} // namespace
-
 std::string model_name(const std::vector<std::string>& names) {
     return fmt::format("{}", fmt::join(names, " + "));
 }
@@ -94,11 +86,10 @@ std::string model_name(const std::vector<std::string>& names) {
 std::string contradiction_sentence(std::span<const fit::Pull> all, bool describes_readings) {
     std::vector<std::string> pulls;
     double largest = 0.0;
-    for (const fit::Pull& pull : all)
-        if (is_contradicted(pull)) {
-            pulls.push_back(fmt::format("{} {:+.1f}", pull.id, pull.value));
-            largest = std::max(largest, std::abs(pull.value));
-        }
+    for (const auto& [name, pull] : contradictions_of(all)) {
+        pulls.push_back(fmt::format("{} {:+.1f}", name, pull));
+        largest = std::max(largest, std::abs(pull));
+    }
     if (pulls.empty())
         return {};
     if (!describes_readings)
@@ -113,7 +104,7 @@ std::string contradiction_sentence(std::span<const fit::Pull> all, bool describe
 std::vector<Contradiction> contradictions_of(std::span<const fit::Pull> pulls) {
     std::vector<Contradiction> found;
     for (const fit::Pull& pull : pulls)
-        if (is_contradicted(pull))
+        if (std::abs(pull.value) > fit::contradiction)
             found.push_back({pull.id, pull.value});
     return found;
 }

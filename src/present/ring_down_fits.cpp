@@ -2,12 +2,12 @@
 #include "present/ring_down_fits.hpp"
 
 #include "present/parameters.hpp"
+#include "present/text.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
-#include <ranges>
 
 #include <fmt/format.h>
 
@@ -63,30 +63,21 @@ void describe_means(To& to, const residuals::StemRingDowns& stem) {
 }
 
 template <class To>
-void describe_measured_stem(To& to, const FitReport& report, std::size_t i) {
-    static const residuals::StemRingDowns no_stem;
-    const residuals::StemRingDowns& stem = report.stems.empty() ? no_stem : report.stems[i];
+void describe_stem(To& to, const FitReport& report, const FittedStem& fitted) {
+    const residuals::StemRingDowns& stem = fitted.ring_downs;
     to("measurement", stem.id);
-    to("folder", [&] { return report.folders[i]; });
+    to("folder", fitted.folder);
     to("length_mm", stem.length);
     to("aspect_ratio", stem.aspect_ratio);
     to("largest_deflection_mm", stem.largest_deflection);
-    to("has_offset", [&] { return bool(report.has_offset[i]); });
+    to("has_offset", fitted.has_offset);
     to("adequate_heights", stem.adequate_heights);
     to.list("heights", stem.heights, [&](const residuals::HeightRingDown& height) {
-        const bool has_offset = !report.has_offset.empty() && report.has_offset[i];
-        describe_height(to, height, has_offset, report.options.has_phase);
+        describe_height(to, height, fitted.has_offset, report.options.has_phase);
     });
     to.when(stem.frequency && stem.decay_per_cycle, [&] { describe_means(to, stem); });
-    to.when(!report.backbones.empty() || report.stems.empty(), [&] {
-        to("backbone", [&] {
-            return report.backbones.empty() ? std::vector<reduce::ModeBackbone>()
-                                            : report.backbones[i];
-        });
-    });
-    to.when(!report.modes.empty() || report.stems.empty(), [&] {
-        to("modes", [&] { return report.modes.empty() ? std::nullopt : report.modes[i]; });
-    });
+    to.when(report.has_backbones, [&] { to("backbone", fitted.backbones); });
+    to.when(report.has_modes, [&] { to("modes", fitted.modes); });
 }
 
 template <class To>
@@ -116,14 +107,14 @@ void describe_population(To& to, const residuals::PopulationSummary& population)
 /// fit.json.
 template <class To>
 void describe(To& to, const FitReport& report) {
-    const auto stems = [&] { return std::views::iota(std::size_t{0}, report.stems.size()); };
     to.constant("format", "culm-fit");
     to.constant("version", 1);
     to.object("model", [&] {
         to("phase", [&] { return report.options.has_phase ? "free" : "fixed"; });
         to("window_s", report.options.window);
     });
-    to.list("stems", stems, [&](std::size_t i) { describe_measured_stem(to, report, i); });
+    to.list("stems", report.stems,
+            [&](const FittedStem& stem) { describe_stem(to, report, stem); });
     to.maybe("population", report.population,
              [&](const auto& population) { describe_population(to, population); });
     to("remarks", report.remarks);
@@ -174,7 +165,8 @@ std::string stem_lines(const FitReport& report) {
         fmt::format("Eq. 1, means over the heights (intervals 95 %)\n{:<14} {:>18} {:>18} {:>8} "
                     "{:>10} {:>16} {:>8}\n",
                     "stem", "b1 per cycle", "b2 Hz", "tip mm", "adequate", "banding slope", "p");
-    for (const residuals::StemRingDowns& stem : report.stems) {
+    for (const FittedStem& fitted : report.stems) {
+        const residuals::StemRingDowns& stem = fitted.ring_downs;
         if (!stem.frequency) {
             text += fmt::format("{:<14} no height could be fitted: {}\n", stem.id,
                                 stem.heights.empty() ? "" : stem.heights.back().failure);
@@ -224,10 +216,10 @@ std::string population_lines(const residuals::PopulationSummary& population) {
 std::string advice(const FitReport& report) {
     std::size_t fitted = 0;
     std::size_t adequate = 0;
-    for (const residuals::StemRingDowns& stem : report.stems) {
+    for (const FittedStem& stem : report.stems) {
         fitted += static_cast<std::size_t>(std::ranges::count_if(
-            stem.heights, [](const auto& height) { return bool(height.fit); }));
-        adequate += stem.adequate_heights;
+            stem.ring_downs.heights, [](const auto& height) { return bool(height.fit); }));
+        adequate += stem.ring_downs.adequate_heights;
     }
     if (2 * adequate >= fitted)
         return "";
@@ -263,16 +255,16 @@ std::string law_lines(const reduce::AmplitudeLaws& laws, const measure::ReadingU
 }
 
 /// The backbones of a stem; strains are printed in mm/m.
-std::string backbone_lines(const residuals::StemRingDowns& stem,
-                           const std::vector<reduce::ModeBackbone>& backbones) {
+std::string backbone_lines(const FittedStem& stem) {
     constexpr std::size_t most_lines = 12;
-    if (backbones.empty())
-        return stem.id + ": no mode stands out of the readings, so there is no backbone\n";
+    const std::string& id = stem.ring_downs.id;
+    if (stem.backbones.empty())
+        return id + ": no mode stands out of the readings, so there is no backbone\n";
     std::string text;
-    for (const reduce::ModeBackbone& backbone : backbones) {
+    for (const reduce::ModeBackbone& backbone : stem.backbones) {
         const measure::ReadingUnit unit{1e3, backbone.is_strain ? "mm/m" : "mm"};
-        text += fmt::format("{}: backbone of mode {}, A at h = {:.1f} mm (intervals 95 %)\n",
-                            stem.id, backbone.mode, 1e3 * backbone.height);
+        text += fmt::format("{}: backbone of mode {}, A at h = {:.1f} mm (intervals 95 %)\n", id,
+                            backbone.mode, 1e3 * backbone.height);
         const std::size_t step = (backbone.points.size() + most_lines - 1) / most_lines;
         if (!backbone.points.empty())
             text += fmt::format("{:>10} {:>22} {:>22}\n", fmt::format("A {}", unit.name),
@@ -291,17 +283,17 @@ std::string backbone_lines(const residuals::StemRingDowns& stem,
     return text;
 }
 
-std::string mode_lines(const residuals::StemRingDowns& stem,
-                       const std::optional<reduce::DampedModesFit>& fit) {
-    if (!fit)
+std::string mode_lines(const FittedStem& fitted) {
+    const residuals::StemRingDowns& stem = fitted.ring_downs;
+    if (!fitted.modes)
         return stem.id + ": no damped modes could be fitted together\n";
     std::string text =
         fmt::format("{}: {} at all heights together (intervals 95 %)\n"
                     "{:>6} {:>22} {:>22} {:>14}\n",
-                    stem.id, counted(fit->modes.size(), "damped mode"), "mode", "frequency Hz",
-                    "damping ratio", fmt::format("A {}", stem.unit.name));
-    for (std::size_t k = 0; k < fit->modes.size(); ++k) {
-        const reduce::DampedMode& mode = fit->modes[k];
+                    stem.id, counted(fitted.modes->modes.size(), "damped mode"), "mode",
+                    "frequency Hz", "damping ratio", fmt::format("A {}", stem.unit.name));
+    for (std::size_t k = 0; k < fitted.modes->modes.size(); ++k) {
+        const reduce::DampedMode& mode = fitted.modes->modes[k];
         double largest = 0.0;
         for (const std::complex<double>& amplitude : mode.amplitudes)
             largest = std::max(largest, std::abs(amplitude));
@@ -327,27 +319,29 @@ json fit_schema() {
 std::string fit_table(const FitReport& report) {
     std::string text;
     if (report.stems.size() == 1)
-        text = stem_heights(report.stems.front());
+        text = stem_heights(report.stems.front().ring_downs);
     else if (report.stems.size() <= most_stems)
         text = stem_lines(report);
     if (report.population)
         text += population_lines(*report.population);
-    for (std::size_t i = 0; i < report.modes.size(); ++i)
-        text += mode_lines(report.stems[i], report.modes[i]);
-    for (std::size_t i = 0; i < report.backbones.size(); ++i)
-        text += backbone_lines(report.stems[i], report.backbones[i]);
+    if (report.has_modes)
+        for (const FittedStem& stem : report.stems)
+            text += mode_lines(stem);
+    if (report.has_backbones)
+        for (const FittedStem& stem : report.stems)
+            text += backbone_lines(stem);
     return text + advice(report);
 }
 
 std::string fit_csv(const FitReport& report) {
     std::string text = "measurement,height_mm,samples,b0_mm,b1_per_s,b1_per_cycle,"
                        "b1_per_cycle_stderr,b2_hz,b2_hz_stderr,rms_residual_mm,adequate\n";
-    for (const residuals::StemRingDowns& stem : report.stems)
-        for (const residuals::HeightRingDown& height : stem.heights) {
+    for (const FittedStem& stem : report.stems)
+        for (const residuals::HeightRingDown& height : stem.ring_downs.heights) {
             if (!height.fit)
                 continue;
             const reduce::RingDownFit& fit = *height.fit;
-            text += fmt::format("\"{}\",{:.10g},{},{},{},{},{},{},{},{},{}\n", stem.id,
+            text += fmt::format("\"{}\",{:.10g},{},{},{},{},{},{},{},{},{}\n", stem.ring_downs.id,
                                 1e3 * height.height, fit.samples, 1e3 * fit.amplitude.value,
                                 fit.decay_rate.value, fit.decay_per_cycle.value,
                                 fit.decay_per_cycle.standard_error, fit.frequency.value,

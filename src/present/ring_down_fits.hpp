@@ -14,15 +14,20 @@
 
 namespace culm::present {
 
+struct FittedStem {
+    residuals::StemRingDowns ring_downs;
+    std::string folder;
+    bool has_offset = false;
+    std::vector<reduce::ModeBackbone> backbones;
+    std::optional<reduce::DampedModesFit> modes;
+};
+
 /// All results of `culm fit`.
 struct FitReport {
     reduce::RingDownOptions options; ///< as requested; the offset may differ by stem
-    std::vector<residuals::StemRingDowns> stems;
-    std::vector<std::string> folders; ///< of the stems
-    std::vector<bool> has_offset;     ///< of the stems
-    /// (stems) if they were asked for; empty otherwise.
-    std::vector<std::vector<reduce::ModeBackbone>> backbones;
-    std::vector<std::optional<reduce::DampedModesFit>> modes;
+    bool has_backbones = false;      ///< were they asked for?
+    bool has_modes = false;          ///< likewise, modes that are fitted together
+    std::vector<FittedStem> stems;
     std::optional<residuals::PopulationSummary> population; ///< of two stems or more
     std::vector<std::string> remarks;
     Provenance provenance;

@@ -72,7 +72,7 @@ void describe(To& to, const NestedTest& test) {
 
 /// F = ((RSS_r − RSS_f)/(df_r − df_f)) / (RSS_f/df_f) for two regressions of the same response, the
 /// columns of `reduced` a true subset of those of `full`. Differences that consist of rounding
-/// alone give F = 0. Throws core::NumericalError if `reduced` does not have fewer columns.
+/// alone give F = 0.
 [[nodiscard]] NestedTest nested_f_test(const LinearRegression& reduced,
                                        const LinearRegression& full);
 

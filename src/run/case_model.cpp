@@ -3,7 +3,6 @@
 
 #include "core/lanes.hpp"
 #include "physics/effects/library.hpp"
-#include "physics/effects/per_link.hpp"
 
 #include <algorithm>
 #include <optional>

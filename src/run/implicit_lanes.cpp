@@ -145,13 +145,9 @@ template <class T>
 std::vector<CaseOutcome> run_batch(std::span<const CaseSpec> specs, const Heartbeat& heartbeat,
                                    bool on_common_steps,
                                    integrate::SundialsIntegrators* integrators) {
-    try {
-        return dimensions_of(specs.front()) == 2
-                   ? ImplicitBatch<2, T>(specs, integrators).run(heartbeat, on_common_steps)
-                   : ImplicitBatch<3, T>(specs, integrators).run(heartbeat, on_common_steps);
-    } catch (const integrate::Interrupted&) {
-        throw Abandoned{};
-    }
+    return dimensions_of(specs.front()) == 2
+               ? ImplicitBatch<2, T>(specs, integrators).run(heartbeat, on_common_steps)
+               : ImplicitBatch<3, T>(specs, integrators).run(heartbeat, on_common_steps);
 }
 
 } // namespace

@@ -12,15 +12,6 @@
 #include <utility>
 
 namespace culm::run {
-namespace {
-
-bool same_law(const physics::BondLawOptions& a, const physics::BondLawOptions& b) {
-    return a.shear_damping_torque == b.shear_damping_torque &&
-           a.lever_arms_follow_bond == b.lever_arms_follow_bond &&
-           a.damping_factor == b.damping_factor && a.damping_inertia == b.damping_inertia;
-}
-
-} // namespace
 
 std::size_t lanes_per_batch() {
     return core::lane_count;
@@ -32,7 +23,7 @@ std::size_t lanes_per_batch(IntegrationMethod method) {
 
 bool can_share_lanes(const CaseSpec& a, const CaseSpec& b) {
     if (a.integrator.method == IntegrationMethod::Sundials ||
-        a.integrator.method != b.integrator.method || !same_law(a.law, b.law) ||
+        a.integrator.method != b.integrator.method || a.law != b.law ||
         a.stem.sphere_count != b.stem.sphere_count || dimensions_of(a) != dimensions_of(b) ||
         !same_kind_of_model(a, b))
         return false;

@@ -4,17 +4,16 @@
 
 #include "run/case_spec.hpp"
 
-#include <functional>
 #include <span>
 #include <vector>
 
 namespace culm::run {
 
 /// Called every millisecond or so of work; returning false abandons the work.
-using Heartbeat = std::function<bool()>;
+using integrate::Heartbeat;
 
 /// Thrown out of simulate() when the heartbeat returned false.
-struct Abandoned {};
+using Abandoned = integrate::Interrupted;
 
 /// Simulates cases, and keeps the integrators of SUNDIALS from one to the next. No result depends
 /// on the cases before it, bit for bit.

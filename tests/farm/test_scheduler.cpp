@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The scheduling decisions alone, driven without MPI.
-#include "farm/batch.hpp"
 #include "farm/scheduler.hpp"
 
 #include <algorithm>
@@ -289,10 +288,6 @@ TEST(Scheduler, LimitsTheCostOfARange) {
     ASSERT_TRUE(scheduler.report(0, {0, 2}, 2, 0.0));
     EXPECT_EQ(scheduler.hand_out(0, 9.0), (Range{2, 2}));
     EXPECT_EQ(scheduler.remaining(), 996);
-}
-
-TEST(Scheduler, NeedsARank) {
-    EXPECT_THROW(Scheduler(falling_costs(1), 0, one_by_one), FarmError);
 }
 
 } // namespace

@@ -5,8 +5,8 @@
 kill_laboratory.py RECORDING --kills 20 --seed 1
 
 A disturbance is a kill of one rank or of the whole job, a stop signal, a full disk (a limit on the
-size of files), or a cut or zero-filled tail of the file of kept fits. The file must never shrink
-by a kill. The resumed diagnosis must equal an undisturbed one; only its provenance may differ.
+size of files), or a cut or zero-filled tail of the file of kept fits. A kill must never lose a
+fit. The resumed diagnosis must equal an undisturbed one; only its provenance may differ.
 Prints one line for each diagnosis and a summary; exit code 1 at the first violation.
 """
 
@@ -21,6 +21,7 @@ import signal
 import struct
 import subprocess
 import tempfile
+import zlib
 from collections import Counter
 from pathlib import Path
 
@@ -31,6 +32,7 @@ from kill_study import end_with, require
 OPTIONS = ("diagnose", "A", "B", "--spheres", "12", "--window", "0.2", "--candidates",
            "quadratic_drag,viscous_drag", "-q")
 KEPT = "unfinished.culmj"
+RECORD = b"\xC5REC\r\n\x1A\xF1"  # begins every record (docs/archive-format.md)
 
 
 def copy_stems(recording: Path, folder: Path):
@@ -85,7 +87,25 @@ def fill_disk(folder: Path, arguments: list[str], size: int, has_begun: bool) ->
 
 def header_bytes(kept: Path) -> int:
     """Size of the header: magic, version, length, identity, checksum (docs/archive-format.md)."""
-    return 16 + struct.unpack_from("<I", kept.read_bytes(), 12)[0] + 4
+    return 20 + struct.unpack_from("<Q", kept.read_bytes(), 12)[0] + 4
+
+
+def kept_fits(folder: Path, name: str) -> int:
+    """The number of intact records from the beginning of the file on. Its size says less: a cut or
+    zero-filled tail counts in it until the next run cuts it off."""
+    kept = folder / name / KEPT
+    content = kept.read_bytes() if kept.exists() else b""
+    if len(content) < 20:
+        return 0
+    place = header_bytes(kept)
+    number = 0
+    while content[place:place + 8] == RECORD:
+        size, _, _, _, crc = struct.unpack_from("<QqIII", content, place + 8)
+        if zlib.crc32(content[place + 40:place + 40 + size]) != crc:
+            break
+        place += 40 + size
+        number += 1
+    return number
 
 
 def tear(kept: Path, chance: random.Random) -> bool:
@@ -102,6 +122,7 @@ def tear(kept: Path, chance: random.Random) -> bool:
 def disturb_once(folder: Path, name: str, chance: random.Random) -> str:
     arguments = [*OPTIONS, "-o", name, "--resume"]
     before = kept_bytes(folder, name)
+    fits_before = kept_fits(folder, name)
     kind = chance.choices(["kill", "signal", "full disk", "torn"], weights=[6, 2, 1, 1])[0]
     if kind == "torn":
         torn = before > 0 and tear(folder / name / KEPT, chance)
@@ -115,7 +136,7 @@ def disturb_once(folder: Path, name: str, chance: random.Random) -> str:
         kind = kill_at_random(start(folder, *arguments, ranks=ranks), chance, ranks,
                               chance.expovariate(1.0))
     finished = is_finished(folder, name)
-    require(finished or kept_bytes(folder, name) >= before, "kept fits are lost")
+    require(finished or kept_fits(folder, name) >= fits_before, "kept fits are lost")
     return "ended" if finished else kind
 
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/noise/at_rest.hpp"
+#include "fit/noise/reading_noise.hpp"
+
 #include "support/simulated_measurement.hpp"
 
 #include <gtest/gtest.h>

@@ -269,7 +269,7 @@ class OfMeasurements(ReportTest):
         source = (ROOT / "src/reduce/backbone/amplitude_laws.cpp").read_text("utf-8")
         joined = re.sub(r'"\s*\n\s*"', "", source)
         for sentence in SENTENCES.values():
-            self.assertIn(f'return "{sentence}"', joined)
+            self.assertIn(f'"{sentence}"', joined)
 
     def test_calibration_shows_stems_failures_and_population(self):
         synthetic_results.write_calibration(self.folder)

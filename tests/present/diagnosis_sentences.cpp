@@ -33,8 +33,7 @@ struct Example {
         found.next_experiments.clear();
     }
     [[nodiscard]] std::string text() const {
-        return present::diagnosis_text({found, recordings, options.candidates, {"consistent"}},
-                                       false);
+        return present::diagnosis_text({found, recordings, options}, false);
     }
 };
 

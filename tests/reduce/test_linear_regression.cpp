@@ -123,7 +123,6 @@ TEST(LinearRegression, APredictionMatchesTheTextbookFormula) {
     EXPECT_NEAR(at_six.mean_standard_error, std::sqrt(mean_variance), 1e-12);
     EXPECT_NEAR(at_six.standard_error, std::sqrt(mean_variance + 0.35), 1e-12);
     EXPECT_NEAR(0.5 * (at_six.lower + at_six.upper), 5.4, 1e-12);
-    EXPECT_THROW((void)predict(line, std::array{1.0}), core::NumericalError);
 }
 
 TEST(LinearRegression, MeasuresRSquaredAboutZeroWithoutAConstantColumn) {
@@ -179,7 +178,6 @@ TEST(LinearRegression, DegenerateDesignsAreRefusedByName) {
               "the regressor \"x\" has a value that is not finite");
     EXPECT_EQ(refusal(line_design({1, 2, 3}), {1, nan, 3}, line_names()),
               "a response of the regression is not finite");
-    EXPECT_NE(refusal(line_design({1, 2, 3}), {1, 2}, line_names()), "no error");
 }
 
 TEST(NestedFTest, MatchesTheHandWorkedExample) {
@@ -195,8 +193,6 @@ TEST(NestedFTest, MatchesTheHandWorkedExample) {
     EXPECT_EQ(test.numerator_degrees_of_freedom, 1U);
     EXPECT_EQ(test.denominator_degrees_of_freedom, 2U);
     EXPECT_NEAR(test.p_value, line.coefficients[1].p_value, 1e-12);
-    EXPECT_THROW((void)nested_f_test(line, mean), core::NumericalError);
-    EXPECT_THROW((void)nested_f_test(line, line), core::NumericalError);
 }
 
 } // namespace

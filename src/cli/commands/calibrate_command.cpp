@@ -21,6 +21,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <vector>
@@ -81,8 +82,7 @@ CalibrationPlan plan_of(const CalibrateArguments& arguments) {
 std::vector<fs::path> calibration_inputs(const CalibrateArguments& arguments,
                                          const CalibrationPlan& plan) {
     std::vector<fs::path> files = measurement_files(plan.read.folders);
-    for (const fs::path& file : effect_files(arguments.effects))
-        files.push_back(file);
+    std::ranges::copy(effect_files(arguments.effects), std::back_inserter(files));
     if (!arguments.via.empty())
         files.push_back(study::StudyFolder(arguments.via).archive());
     return files;
@@ -216,8 +216,7 @@ present::CalibrationDocument document_of(const CalibrateArguments& arguments,
     for (const StemAnswer& answer : answers)
         document.stems.push_back(answer.document);
     for (const measure::Measurement& measurement : plan.read.measurements)
-        document.remarks.insert(document.remarks.end(), measurement.remarks.begin(),
-                                measurement.remarks.end());
+        std::ranges::copy(measurement.remarks, std::back_inserter(document.remarks));
     return document;
 }
 
@@ -243,9 +242,7 @@ std::string calibrations_text(const CalibrationPlan& plan, const std::vector<Ste
 /// "culm COMMAND" for the same recordings with the same model.
 std::string same_model(const std::string& command, const std::vector<std::string>& paths,
                        const CalibrateArguments& arguments) {
-    return "culm " + command + as_words(paths) +
-           (arguments.effects.empty() ? std::string() : " --with" + as_words({arguments.effects})) +
-           chain_words(arguments);
+    return "culm " + command + as_words(paths) + model_words(arguments, {arguments.effects});
 }
 
 /// The suggested next command, empty after a failure: export what is adequate, else show for the

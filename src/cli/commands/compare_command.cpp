@@ -12,13 +12,13 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 
 namespace culm::cli {
 namespace {
@@ -33,10 +33,8 @@ struct CompareArguments : RecordingArguments {
 std::vector<fs::path> comparison_inputs(const fs::path& folder, const CompareArguments& arguments) {
     std::vector<fs::path> inputs = measurement_files({folder});
     for (const std::string& effects : arguments.with)
-        for (const fs::path& file : effect_files(effects))
-            inputs.push_back(file);
-    for (const fs::path& file : effect_files(arguments.ladder))
-        inputs.push_back(file);
+        std::ranges::copy(effect_files(effects), std::back_inserter(inputs));
+    std::ranges::copy(effect_files(arguments.ladder), std::back_inserter(inputs));
     return inputs;
 }
 
@@ -79,10 +77,7 @@ std::string next_command(const CompareArguments& arguments, const fs::path& fold
     std::vector<std::string> effects = arguments.with;
     if (!arguments.ladder.empty())
         effects.push_back(arguments.ladder);
-    return "culm calibrate" + place +
-           (effects.empty() ? std::string()
-                            : " --with" + as_words({fmt::format("{}", fmt::join(effects, ","))})) +
-           chain_words(arguments);
+    return "culm calibrate" + place + model_words(arguments, effects);
 }
 
 /// One measurement, on one rank.

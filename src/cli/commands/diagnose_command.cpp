@@ -5,7 +5,6 @@
 #include "cli/progress.hpp"
 #include "cli/provenance.hpp"
 #include "cli/recordings.hpp"
-#include "cluster/batch_system.hpp"
 #include "core/user_files.hpp"
 #include "diagnose/diagnosis.hpp"
 #include "farm/item_map.hpp"
@@ -47,19 +46,13 @@ struct DiagnoseArguments : RecordingArguments {
     farm::Clock::time_point start = farm::Clock::now();
 };
 
-/// The effects that a diagnosis may name, from the command line.
-struct DiagnosisEffects {
-    fit::SelectedEffects candidates;          ///< in the library's order
-    fit::SelectedEffects known;               ///< likewise
-    bool has_added_weight = false;            ///< to the known ones of the user
-    std::map<std::string, std::string> files; ///< of users' effects, by name
-};
-
 /// The inputs, which are read and checked before the first fit; identical on every rank.
 struct DiagnosisPlan {
     measure::MeasurementSet read;
     std::vector<diagnose::Specimen> specimens; ///< several: a laboratory
-    DiagnosisEffects effects;
+    diagnose::DiagnosisOptions options;
+    bool has_added_weight = false;            ///< to the known effects of the user
+    std::map<std::string, std::string> files; ///< of users' effects, by name
 };
 
 void add_once(const physics::SelectedEffect& added, fit::SelectedEffects& effects) {
@@ -69,34 +62,36 @@ void add_once(const physics::SelectedEffect& added, fit::SelectedEffects& effect
 }
 
 /// The weight moves a stem that is held straight: where its direction is stated, gravity is known.
-void add_weight(std::span<const measure::Measurement> recordings, DiagnosisEffects& effects) {
+void add_weight(DiagnosisPlan& plan) {
+    const std::vector<measure::Measurement>& recordings = plan.read.measurements;
+    fit::SelectedEffects& known = plan.options.known;
     const auto is_moved = [](const measure::Measurement& each) {
         return each.gravity_direction == measure::GravityDirection::Transverse &&
                each.release == measure::ReleaseKind::HeldStraight;
     };
     const physics::SelectedEffect gravity = physics::parse_effect("gravity", {});
-    effects.has_added_weight = !fit::contains(effects.known, gravity) &&
-                               std::ranges::count(recordings, measure::GravityDirection::None,
-                                                  &measure::Measurement::gravity_direction) == 0 &&
-                               std::ranges::any_of(recordings, is_moved);
-    if (effects.has_added_weight)
-        effects.known.push_back(gravity);
+    plan.has_added_weight = !fit::contains(known, gravity) &&
+                            std::ranges::count(recordings, measure::GravityDirection::None,
+                                               &measure::Measurement::gravity_direction) == 0 &&
+                            std::ranges::any_of(recordings, is_moved);
+    if (plan.has_added_weight)
+        known.push_back(gravity);
 }
 
+/// The effects that the diagnosis may name and those that are known, from the command line.
 /// Candidates may exclude each other; if none is named, all that apply to the recordings are used.
 /// The files are candidates too, known effects are not. Throws core::InputError for an unknown name
 /// or invalid file, for an effect that is named twice, or if no candidate remains.
-DiagnosisEffects effects_for_diagnosis(const DiagnoseArguments& arguments,
-                                       std::span<const measure::Measurement> recordings) {
-    DiagnosisEffects out;
-    const physics::EffectFileReader read = [&out](const std::string& file) {
+void add_effects(const DiagnoseArguments& arguments, DiagnosisPlan& plan) {
+    const physics::EffectFileReader read = [&plan](const std::string& file) {
         physics::EffectPointer effect = study::read_effect_file(file);
-        out.files[effect->name] = file;
+        plan.files[effect->name] = file;
         return effect;
     };
-    out.known = physics::parse_effects(arguments.known, read);
-    add_weight(recordings, out);
-    out.known = fit::in_library_order(std::move(out.known));
+    fit::SelectedEffects& known = plan.options.known;
+    known = physics::parse_effects(arguments.known, read);
+    add_weight(plan);
+    known = fit::in_library_order(std::move(known));
     fit::SelectedEffects named;
     std::string candidates = arguments.candidates; // may name a file's effect
     for (const std::string& file : arguments.effect_files) {
@@ -107,21 +102,20 @@ DiagnosisEffects effects_for_diagnosis(const DiagnoseArguments& arguments,
             add_once(physics::parse_effect(path, read), named);
     }
     for (const physics::SelectedEffect& candidate :
-         candidates.empty() ? fit::candidate_effects(recordings)
+         candidates.empty() ? fit::candidate_effects(plan.read.measurements)
                             : physics::parse_alternatives(candidates, read))
         add_once(candidate, named);
-    std::erase_if(named, [&](const auto& one) { return fit::contains(out.known, one); });
+    std::erase_if(named, [&](const auto& one) { return fit::contains(known, one); });
     if (named.empty())
         throw core::InputError("no candidate is left: all of them are --known");
-    out.candidates = fit::in_library_order(std::move(named));
-    return out;
+    plan.options.candidates = fit::in_library_order(std::move(named));
 }
 
 /// The name of the effect for --with: users' effects are named by their file.
-std::string as_option(const std::string& effect, const DiagnosisEffects& effects) {
-    const auto file = effects.files.find(effect);
-    std::string name = file == effects.files.end() ? effect : file->second;
-    for (const fit::SelectedEffects* selection : {&effects.known, &effects.candidates})
+std::string as_option(const std::string& effect, const DiagnosisPlan& plan) {
+    const auto file = plan.files.find(effect);
+    std::string name = file == plan.files.end() ? effect : file->second;
+    for (const fit::SelectedEffects* selection : {&plan.options.known, &plan.options.candidates})
         for (const physics::SelectedEffect& selected : *selection)
             if (selected.effect->name == effect)
                 return name + physics::to_string(selected).substr(effect.size());
@@ -130,6 +124,9 @@ std::string as_option(const std::string& effect, const DiagnosisEffects& effects
 
 DiagnosisPlan plan_of(const DiagnoseArguments& arguments) {
     DiagnosisPlan plan;
+    plan.options.candidate.chain = chain_options(arguments);
+    plan.options.candidate.window = arguments.window_s;
+    plan.options.most_effects = arguments.most_effects;
     plan.read = measure::read_measurements(arguments.paths);
     std::set<std::string> ids;
     for (const measure::Measurement& recording : plan.read.measurements) {
@@ -138,64 +135,28 @@ DiagnosisPlan plan_of(const DiagnoseArguments& arguments) {
                 fmt::format("two recordings are called \"{}\"; give each its own stem.id in "
                             "stem.toml",
                             recording.stem.id));
-        static_cast<void>(fit::chain_of(recording, chain_options(arguments)));
+        static_cast<void>(fit::chain_of(recording, plan.options.candidate.chain));
     }
     plan.specimens = diagnose::specimens_of(plan.read.measurements);
-    plan.effects = effects_for_diagnosis(arguments, plan.read.measurements);
+    add_effects(arguments, plan);
     return plan;
-}
-
-diagnose::DiagnosisOptions options_of(const DiagnoseArguments& arguments,
-                                      const DiagnosisPlan& plan) {
-    diagnose::DiagnosisOptions options;
-    options.candidate.chain = chain_options(arguments);
-    options.candidate.window = arguments.window_s;
-    options.known = plan.effects.known;
-    options.candidates = plan.effects.candidates;
-    options.most_effects = arguments.most_effects;
-    return options;
 }
 
 std::vector<fs::path> diagnosis_inputs(const DiagnosisPlan& plan) {
     std::vector<fs::path> files = measurement_files(plan.read.folders);
-    for (const auto& [effect, file] : plan.effects.files)
+    for (const auto& [effect, file] : plan.files)
         files.emplace_back(file);
     return files;
-}
-
-std::vector<std::string> names_of(const fit::SelectedEffects& effects) {
-    std::vector<std::string> names;
-    for (const physics::SelectedEffect& selected : effects)
-        names.push_back(physics::to_string(selected));
-    return names;
-}
-
-present::DiagnosisOptionsView options_view(const DiagnoseArguments& arguments,
-                                           const DiagnosisPlan& plan) {
-    return {arguments.law,
-            arguments.spheres,
-            arguments.window_s,
-            arguments.most_effects,
-            names_of(plan.effects.candidates),
-            names_of(plan.effects.known)};
 }
 
 /// "--with A,B" of the known and the `added` effects, and the chain's options.
 std::string model_options(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
                           const std::vector<std::string>& added) {
-    std::string effects;
-    const auto add = [&effects](const std::string& effect) {
-        if (!effects.empty())
-            effects += ',';
-        effects += effect;
-    };
-    for (const physics::SelectedEffect& known : plan.effects.known)
-        add(as_option(known.effect->name, plan.effects));
-    for (const std::string& effect : added)
-        add(effect);
-    std::string text =
-        effects.empty() ? "" : fmt::format(" --with {}", cluster::shell_word(effects));
-    return text + chain_words(arguments);
+    std::vector<std::string> effects;
+    for (const physics::SelectedEffect& known : plan.options.known)
+        effects.push_back(as_option(known.effect->name, plan));
+    effects.insert(effects.end(), added.begin(), added.end());
+    return model_words(arguments, effects);
 }
 
 /// The options that determine a diagnosis.
@@ -217,18 +178,16 @@ std::string same_options(const DiagnoseArguments& arguments) {
 /// The suggested next command.
 std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
                          const diagnose::Diagnosis& found) {
-    const std::string folder = cluster::shell_word(plan.read.folders.front().string());
+    const std::string folder = as_words({plan.read.folders.front().string()});
+    const std::string all = as_words({plan.read.folders.begin(), plan.read.folders.end()});
     std::vector<std::string> effects;
     for (const std::string& effect : found.effects)
-        effects.push_back(as_option(effect, plan.effects));
-    std::string all;
-    for (const fs::path& each : plan.read.folders)
-        all += fmt::format(" {}", cluster::shell_word(each.string()));
+        effects.push_back(as_option(effect, plan));
     switch (found.conclusion) {
     case diagnose::Conclusion::Adequate:
-        return "culm calibrate " + folder + model_options(arguments, plan, {}) + " --check";
+        return "culm calibrate" + folder + model_options(arguments, plan, {}) + " --check";
     case diagnose::Conclusion::Effect:
-        return "culm compare " + folder + model_options(arguments, plan, effects);
+        return "culm compare" + folder + model_options(arguments, plan, effects);
     case diagnose::Conclusion::Tie:
         return "culm diagnose" + all + " NEW_RECORDING" + same_options(arguments) +
                " (all with the same stem.specimen)";
@@ -236,12 +195,12 @@ std::string next_command(const DiagnoseArguments& arguments, const DiagnosisPlan
         break;
     }
     if (!found.missing_force || found.missing_force->as_effect_file.empty())
-        return "culm compare " + folder + model_options(arguments, plan, {}) +
+        return "culm compare" + folder + model_options(arguments, plan, {}) +
                " (where, when and how it fails)";
     if (arguments.output.empty())
         return "culm diagnose" + all + same_options(arguments) +
                " -o DIR (writes the force as DIR/" + force_file_name + ", an effect for --with)";
-    return "culm compare " + folder +
+    return "culm compare" + folder +
            model_options(arguments, plan,
                          {(fs::path(arguments.output) / force_file_name).string()});
 }
@@ -267,10 +226,8 @@ void write_deflections(const fs::path& folder, const diagnose::Diagnosis& found,
 core::ExitCode report(const DiagnoseArguments& arguments, const DiagnosisPlan& plan,
                       const diagnose::Diagnosis& found, const present::Provenance& provenance) {
     const bool is_one = plan.specimens.size() == 1;
-    present::DiagnosisReport report{found, plan.read.measurements, plan.effects.candidates,
-                                    options_view(arguments, plan)};
-    for (const fs::path& folder : plan.read.folders)
-        report.folders.push_back(folder.string());
+    present::DiagnosisReport report{found, plan.read.measurements, plan.options};
+    report.folders.assign(plan.read.folders.begin(), plan.read.folders.end());
     report.provenance = provenance;
     write_results(arguments, plan.read.measurements, is_one ? "diagnosis.json" : "laboratory.json",
                   present::diagnosis_json(report));
@@ -300,7 +257,7 @@ std::unique_ptr<KeptItems> kept_fits(const DiagnoseArguments& arguments, const D
             return core::ExitCode::Done;
         core::create_folder(arguments.output);
         const nlohmann::json identity = {{"program", version_text()},
-                                         {"options", core::json_of(options_view(arguments, plan))},
+                                         {"options", core::json_of(plan.options)},
                                          {"inputs", core::json_value(provenance.inputs(), 1.0)}};
         kept = std::make_unique<KeptItems>(arguments.output, identity.dump(1), arguments.resumes);
         if (kept->size() > 0 && !arguments.is_quiet)
@@ -351,11 +308,11 @@ core::ExitCode diagnose_measurements(const DiagnoseArguments& arguments,
     const DiagnosisPlan plan = plan_of(arguments);
     const RunProvenance provenance(diagnosis_inputs(plan), communicator);
     const std::unique_ptr<KeptItems> kept = kept_fits(arguments, plan, provenance, communicator);
-    if (plan.effects.has_added_weight && !arguments.is_silent(communicator))
+    if (plan.has_added_weight && !arguments.is_silent(communicator))
         print_note("held_straight: the weight moves the stem, so gravity is part of every model");
     if (plan.specimens.size() > 1 && !arguments.is_silent(communicator))
         remark_on_specimens(plan);
-    diagnose::DiagnosisOptions options = options_of(arguments, plan);
+    diagnose::DiagnosisOptions options = plan.options;
     diagnose::Diagnosis found;
     try {
         StepDisplay display(arguments.is_quiet || !is_root(communicator));

@@ -11,7 +11,10 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <iterator>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -53,37 +56,37 @@ void write_folder(const FitArguments& arguments, const present::FitReport& repor
     core::create_folder(folder / "normalised");
     core::write_text(folder / "fits.csv", present::fit_csv(report));
     for (std::size_t i = 0; i < report.stems.size(); ++i)
-        if (report.stems[i].frequency)
+        if (report.stems[i].ring_downs.frequency)
             core::write_text(folder / "normalised" / fmt::format("{:03}.csv", i + 1),
-                             normalised_csv(measurements[i], report.stems[i]));
+                             normalised_csv(measurements[i], report.stems[i].ring_downs));
 }
 
 /// Damped modes that were fitted together, and backbones.
 void add_modes(const FitArguments& arguments, const measure::Measurement& measurement,
-               present::FitReport& report) {
+               present::FittedStem& stem) {
     reduce::BackboneInput input = residuals::backbone_input(measurement);
     input.last = arguments.window_s.value_or(0.0);
     if (arguments.has_backbone)
-        report.backbones.push_back(reduce::backbones(input));
+        stem.backbones = reduce::backbones(input);
     if (arguments.modes == 1)
         return;
     const reduce::HeightHistories free = reduce::free_part(input);
-    report.modes.push_back(reduce::fit_damped_modes(
-        free, reduce::visible_modes(free, static_cast<std::size_t>(arguments.modes))));
+    stem.modes = reduce::fit_damped_modes(
+        free, reduce::visible_modes(free, static_cast<std::size_t>(arguments.modes)));
 }
 
 void fit(const FitArguments& arguments, core::ExitCode& exit_code) {
     present::FitReport report;
     report.options.window = arguments.window_s;
     report.options.has_phase = arguments.phase == "free";
+    report.has_backbones = arguments.has_backbone;
+    report.has_modes = arguments.modes > 1;
     const auto [measurements, folders] = measure::read_measurements(arguments.paths);
     const RunProvenance provenance(measurement_files(folders), nullptr);
+    std::vector<residuals::StemRingDowns> ring_downs;
     for (std::size_t i = 0; i < measurements.size(); ++i) {
-        report.folders.push_back(folders[i].string());
-        report.remarks.insert(report.remarks.end(), measurements[i].remarks.begin(),
-                              measurements[i].remarks.end());
-    }
-    for (const measure::Measurement& measurement : measurements) {
+        const measure::Measurement& measurement = measurements[i];
+        std::ranges::copy(measurement.remarks, std::back_inserter(report.remarks));
         reduce::RingDownOptions options = report.options;
         options.has_offset = arguments.offset == "auto"
                                  ? measurement.release == measure::ReleaseKind::HeldStraight
@@ -91,14 +94,16 @@ void fit(const FitArguments& arguments, core::ExitCode& exit_code) {
         // A record that begins during the vibration has a phase.
         options.has_phase =
             options.has_phase || measurement.release == measure::ReleaseKind::Moving;
-        report.has_offset.push_back(options.has_offset);
-        report.stems.push_back(residuals::fit_stem(measurement, options));
-        add_modes(arguments, measurement, report);
+        ring_downs.push_back(residuals::fit_stem(measurement, options));
+        report.stems.push_back({{}, folders[i].string(), options.has_offset, {}, {}});
+        add_modes(arguments, measurement, report.stems.back());
     }
     // For a single stem only the statistics within the stem are used.
-    const residuals::PopulationSummary population = residuals::summarise_population(report.stems);
+    const residuals::PopulationSummary population = residuals::summarise_population(ring_downs);
     if (report.stems.size() > 1)
         report.population = population;
+    for (std::size_t i = 0; i < ring_downs.size(); ++i)
+        report.stems[i].ring_downs = std::move(ring_downs[i]);
     report.provenance = provenance.document();
     const nlohmann::json document = present::fit_json(report);
     write_results(arguments, measurements, "fit.json", document);
@@ -107,7 +112,8 @@ void fit(const FitArguments& arguments, core::ExitCode& exit_code) {
     if (arguments.prints_text())
         fmt::print("{}{}", present::fit_table(report),
                    next_step(arguments, "culm calibrate" + as_words(arguments.paths)));
-    if (std::ranges::any_of(report.stems, [](const auto& stem) { return !stem.frequency; }))
+    if (std::ranges::any_of(report.stems,
+                            [](const auto& stem) { return !stem.ring_downs.frequency; }))
         exit_code = core::ExitCode::PointsFailed;
 }
 

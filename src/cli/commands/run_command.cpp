@@ -85,15 +85,6 @@ std::string extension_text(const study::Extension& extension, const std::string&
                        extension.kept, extension.points);
 }
 
-/// Reports a write error: the disk may be full, broken, or read-only.
-core::ExitCode storage_failure(const core::StorageError& error) {
-    print_error(fmt::format(
-        "{}\nNothing computed so far is lost. Once the disk can be written again, continue "
-        "with --resume.",
-        error.what()));
-    return core::ExitCode::StoppedEarly;
-}
-
 /// No point can be computed in this walltime. Does not return exit code 75: a script that restarts
 /// itself on 75 would try the same walltime forever.
 core::ExitCode report_walltime_too_short(const study::ExecuteOutcome& outcome) {
@@ -237,6 +228,19 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
     });
 }
 
+/// Reports a write error: the disk may be full, broken, or read-only. Every rank meets it.
+core::ExitCode run_or_stop(const RunArguments& arguments, const farm::Communicator* communicator) {
+    try {
+        return run(arguments, communicator);
+    } catch (const core::StorageError& error) {
+        if (is_root(communicator))
+            print_error(fmt::format("{}\nNothing computed so far is lost. Once the disk can be "
+                                    "written again, continue with --resume.",
+                                    error.what()));
+        return core::ExitCode::StoppedEarly;
+    }
+}
+
 } // namespace
 
 void add_run_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**& argv) {
@@ -270,19 +274,11 @@ void add_run_command(CLI::App& app, core::ExitCode& exit_code, int& argc, char**
     command->add_flag("--dry-run", arguments->dry_run,
                       "Check everything and print the plan: points, lanes, cost, memory, archive");
     command->add_flag("-q,--quiet", arguments->quiet, "No progress");
-    command->callback([arguments, &exit_code, &argc, &argv] {
-        // Before all else: batch systems may send signals while MPI is still starting.
+    command->parse_complete_callback([arguments] { // batch systems may signal while MPI starts
         if (!arguments->dry_run)
             watch_stop_signals();
-        exit_code = alone_or_under_launcher(argc, argv, [&](const auto* communicator) {
-            try {
-                return run(*arguments, communicator);
-            } catch (const core::StorageError& error) { // every rank meets it
-                return is_root(communicator) ? storage_failure(error)
-                                             : core::ExitCode::StoppedEarly;
-            }
-        });
     });
+    run_on_ranks(*command, arguments, exit_code, argc, argv, run_or_stop);
 }
 
 } // namespace culm::cli

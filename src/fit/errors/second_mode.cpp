@@ -64,11 +64,7 @@ ErrorTerm term_of(std::string name, const run::ShapedMode& shaped, Complex lower
     const Eigen::VectorXd change = uncertainty / (2.0 * step) *
                                    (second_mode(shaped, upper, fit, measurement) -
                                     second_mode(shaped, lower, fit, measurement));
-    ErrorTerm term;
-    term.kind = ErrorKind::SecondMode;
-    term.id = std::move(name);
-    term.readings.assign(change.begin(), change.end());
-    return term;
+    return {ErrorKind::SecondMode, std::move(name), {change.begin(), change.end()}};
 }
 
 /// Length of the term's readings over the noise.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/noise/at_rest.hpp"
+#include "fit/noise/reading_noise.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
-#include "fit/noise/in_motion.hpp"
-
 #include "core/order_statistics.hpp"
-#include "fit/noise/at_rest.hpp"
 #include "fit/noise/noise_laws.hpp"
+#include "fit/noise/reading_noise.hpp"
 #include "fit/solve/residual_statistics.hpp"
 #include "run/modes.hpp"
 

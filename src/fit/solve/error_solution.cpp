@@ -53,6 +53,9 @@ class ErrorSolution {
             take_solution();
     }
 
+    /// Change of the columns, after run().
+    [[nodiscard]] const Eigen::VectorXd& change() const { return change_; }
+
   private:
     void build(bool is_first) {
         fit_.system = weighted_system(layout_, parts_of(fit_, recordings_));
@@ -337,11 +340,6 @@ class ErrorSolution {
         change_.head(count_).setZero();
     }
 
-  public:
-    /// Change of the columns, after run().
-    [[nodiscard]] const Eigen::VectorXd& change() const { return change_; }
-
-  private:
     std::span<const ObservedRecording> recordings_;
     const JointLayout& layout_;
     const std::vector<bool>& is_held_;

@@ -6,7 +6,7 @@
 #include "fit/chain/prediction.hpp"
 #include "fit/linear/scaled_solve.hpp"
 #include "fit/linear/weighted_system.hpp"
-#include "fit/noise/at_rest.hpp"
+#include "fit/noise/reading_noise.hpp"
 
 #include <algorithm>
 #include <array>

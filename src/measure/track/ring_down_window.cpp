@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include <Eigen/Core>
 #include <fmt/core.h>
 
 namespace culm::measure {
@@ -46,18 +47,11 @@ void refuse_still_stem(const std::vector<double>& column, const std::string& sou
 
 /// Standard deviation of the readings in the frames begin … end − 1; NaN of fewer than two.
 double deviation_of(const std::vector<double>& column, std::size_t begin, std::size_t end) {
-    double count = 0.0;
-    double mean = 0.0;
-    double squares = 0.0; // about the mean so far (Welford)
-    for (std::size_t k = begin; k < end; ++k) {
-        if (std::isnan(column[k]))
-            continue;
-        count += 1.0;
-        const double step = column[k] - mean;
-        mean += step / count;
-        squares += step * (column[k] - mean);
-    }
-    return count > 1.0 ? std::sqrt(squares / (count - 1.0)) : nothing;
+    const std::vector<double> seen = known(std::span(column).subspan(begin, end - begin));
+    const Eigen::Map<const Eigen::ArrayXd> values(seen.data(), std::ssize(seen));
+    return seen.size() > 1
+               ? (values - values.mean()).matrix().norm() / std::sqrt(double(seen.size() - 1))
+               : nothing;
 }
 
 /// Index of the first frame from which the readings of every period scatter by at most the limit.

@@ -6,8 +6,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <numeric>
 
+#include <boost/container_hash/hash.hpp>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
@@ -33,14 +35,6 @@ std::vector<std::size_t> wanted_frames(const FrameSource& source, const TrackSet
         throw core::InputError(fmt::format("{}: {} frames are too few; 12 at least are needed",
                                            source.name(), wanted.size()));
     return wanted;
-}
-
-/// Hash of the pixels to recognise equal frames (64-bit FNV-1a).
-std::uint64_t fingerprint(const BandImage& image) {
-    std::uint64_t hash = 14695981039346656037ULL;
-    for (const float value : image.values)
-        hash = (hash ^ static_cast<std::uint64_t>(std::lround(value * 256.0F))) * 1099511628211ULL;
-    return hash;
 }
 
 /// A camera or converter replaces a lost frame by the previous one; while the stem swings, such a
@@ -250,7 +244,7 @@ std::vector<bool> track_rows(Track& track, const FrameSource& source, int thread
     track.rows.columns.resize(wanted.size() * row_count);
     track.rows.uncertainties.assign(wanted.size() * row_count,
                                     std::numeric_limits<double>::quiet_NaN());
-    std::vector<std::uint64_t> fingerprints(wanted.size());
+    std::vector<std::size_t> fingerprints(wanted.size()); // equal for equal pixels
     source.for_each(wanted, threads, [&](std::size_t i, const FrameImage& frame) {
         if (frame.width != survey.frame_width || frame.height != survey.frame_height ||
             frame.bands != survey.bands)
@@ -258,7 +252,7 @@ std::vector<bool> track_rows(Track& track, const FrameSource& source, int thread
                                                "others",
                                                source.name(), source.numbers()[wanted[i]]));
         const BandImage image = upright_band(frame, survey.view.band, survey.view.up);
-        fingerprints[i] = fingerprint(image);
+        fingerprints[i] = boost::hash_range(image.values.begin(), image.values.end());
         const BandImage contrast = stem_contrast(image, survey.view.sign, survey.trace.stem_width);
         std::ranges::copy(axis_columns(contrast, trace_stem(contrast, survey.trace), survey.trace),
                           track.rows.columns.begin() + std::ptrdiff_t(i * row_count));
@@ -275,8 +269,7 @@ Track track_video(const TrackSettings& settings, int threads) {
     track.remarks = settings.description.remarks;
     const auto source = open_frames(settings.file.parent_path(), settings.frames);
     track.source = source->name();
-    for (const std::string& remark : source->remarks())
-        track.remarks.push_back(remark);
+    std::ranges::copy(source->remarks(), std::back_inserter(track.remarks));
     track.source_indices = wanted_frames(*source, settings);
     FrameClock clock = frame_clock(*source, track.source_indices, settings, track.remarks);
     track.frames_per_second = clock.frames_per_second;

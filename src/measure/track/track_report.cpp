@@ -7,7 +7,6 @@
 #include "measure/track/track.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <optional>
 #include <ranges>
@@ -20,12 +19,8 @@
 namespace culm::measure {
 namespace {
 
-constexpr std::array<const char*, 4> up_names{"decreasing_row", "increasing_row",
-                                              "decreasing_column", "increasing_column"};
-constexpr std::array<const char*, 3> channel_names{"red", "green", "blue"};
-
 const char* band_name(const StemSurvey& survey) {
-    return survey.bands == 1 ? "grey" : channel_name(survey.view.band);
+    return survey.bands == 1 ? "grey" : to_string(survey.view.band);
 }
 
 /// The clamp and the axis in the terms of video.toml.
@@ -61,7 +56,7 @@ std::string assumed_text(const Track& track) {
     if (!settings.fps)
         add(fmt::format("{:g} frames/s, {}", track.frames_per_second, track.rate_source), "fps");
     if (!settings.up)
-        add(fmt::format("the tip is toward {}", up_name(survey.view.up)), "up");
+        add(fmt::format("the tip is toward {}", to_string(survey.view.up)), "up");
     if (!settings.clamp)
         add(fmt::format("the stem is clamped at {} {:.1f}", sideways ? "column" : "row",
                         sideways ? place_in_frame(track).column : place_in_frame(track).row),
@@ -86,7 +81,7 @@ template <class To>
 void describe_place(To& to, const Track& track) {
     const bool is_on_its_side = is_sideways(track.survey.view.up);
     const auto point = [&] { return place_in_frame(track); };
-    to("up", [&] { return up_name(track.survey.view.up); });
+    to("up", [&] { return to_string(track.survey.view.up); });
     to.when(is_on_its_side, [&] {
         to("clamp_column", [&] { return point().column; });
         to("axis_row", [&] { return point().row; });
@@ -172,14 +167,6 @@ void describe(To& to, const Track& track) {
     to("remarks", track.remarks);
 }
 
-const char* up_name(Up up) {
-    return up_names.at(static_cast<std::size_t>(up));
-}
-
-const char* channel_name(Band band) {
-    return channel_names.at(static_cast<std::size_t>(band));
-}
-
 const char* positive_side(const Track& track) {
     const int sign = track.settings.pull_sign.value_or(track.window.sign());
     if (is_sideways(track.survey.view.up))
@@ -205,7 +192,7 @@ std::string summary_text(const Track& track) {
         "toward {}\n",
         measurement.stem.id, track.rows.numbers.size(), track.frames_per_second,
         track.survey.frame_width, track.survey.frame_height, scale_mm,
-        view.sign > 0 ? "bright" : "dark", band_name(track.survey), up_name(view.up));
+        view.sign > 0 ? "bright" : "dark", band_name(track.survey), to_string(view.up));
     text += fmt::format(
         "    release  frame {:.2f}, pulled to the {} by {:.2f} mm at {:g} mm, held for {} "
         "frames\n",

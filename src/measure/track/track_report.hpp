@@ -12,11 +12,6 @@
 
 namespace culm::measure {
 
-/// "decreasing_row" and the others, as in video.toml.
-[[nodiscard]] const char* up_name(Up up);
-/// "red", "green" or "blue".
-[[nodiscard]] const char* channel_name(Band band);
-
 /// The content of track.json (docs/tracking.md).
 [[nodiscard]] nlohmann::json track_json(const Track& track);
 [[nodiscard]] nlohmann::json track_schema();

@@ -22,20 +22,17 @@ std::optional<int> whole(const core::TomlTable& table, const std::string& key,
     return value ? std::optional(static_cast<int>(*value)) : std::nullopt;
 }
 
-/// Index of the word, or nothing if it is absent, wrong, or "auto", which is the last word.
-template <std::size_t N>
+/// Index of the word, or nothing if it is absent, wrong, or "auto".
 std::optional<std::size_t> choice(const core::TomlTable& table, const std::string& key,
-                                  const std::array<std::string, N>& words) {
+                                  std::vector<std::string> words) {
+    words.emplace_back("auto");
     const auto index = table.word(key, words);
-    return index && *index + 1 < N ? index : std::nullopt;
+    return index && *index + 1 < words.size() ? index : std::nullopt;
 }
 
 /// Row or column of the clamp and of the axis; the key determines the stem's orientation.
 void read_place(const core::TomlTable& video, TrackSettings& settings) {
-    // In the order of Up.
-    const std::array<std::string, 5> up_words{"decreasing_row", "increasing_row",
-                                              "decreasing_column", "increasing_column", "auto"};
-    if (const auto index = choice(video, "up", up_words))
+    if (const auto index = choice(video, "up", {up_names.begin(), up_names.end()}))
         settings.up = static_cast<Up>(*index);
     const auto clamp_row = video.number("clamp_row", TrackLimits::coordinates);
     const auto clamp_column = video.number("clamp_column", TrackLimits::coordinates);
@@ -55,8 +52,7 @@ void read_place(const core::TomlTable& video, TrackSettings& settings) {
     settings.clamp = clamp_row ? clamp_row : clamp_column;
     settings.axis = axis_column ? axis_column : axis_row;
 
-    const std::array<std::string, 5> sides{"left", "right", "top", "bottom", "auto"};
-    if (const auto index = choice(video, "pull_side", sides)) {
+    if (const auto index = choice(video, "pull_side", {"left", "right", "top", "bottom"})) {
         settings.pull_sign = *index % 2 == 0 ? -1 : 1;
         const bool names_row = *index >= 2;
         if (settings.up && is_sideways(*settings.up) != names_row)
@@ -70,12 +66,9 @@ void read_place(const core::TomlTable& video, TrackSettings& settings) {
 }
 
 void read_appearance(const core::TomlTable& video, TrackSettings& settings) {
-    // In the order of Band.
-    const std::array<std::string, 4> band_words{"red", "green", "blue", "auto"};
-    if (const auto index = choice(video, "best_channel", band_words))
+    if (const auto index = choice(video, "best_channel", {band_names.begin(), band_names.end()}))
         settings.band = static_cast<Band>(*index);
-    const std::array<std::string, 3> stem_words{"bright", "dark", "auto"};
-    if (const auto index = choice(video, "stem", stem_words))
+    if (const auto index = choice(video, "stem", {"bright", "dark"}))
         settings.stem_sign = *index == 0 ? 1 : -1;
     settings.threshold = video.number("threshold", {0.0, 255.0, true});
 }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A named piece of physics that can be added to the published chain.
+// A named piece of physics that can be added to the published chain, and the changes along the stem
+// that several of them make.
 #pragma once
 
 #include "physics/chain_model.hpp"
@@ -183,6 +184,24 @@ struct EffectTarget {
     /// must not scale attached masses.
     std::vector<AttachedMass> attached = {};
 };
+
+/// Expands a list whose single entry applies to the whole chain of `sphere_count` spheres.
+void expand_links(ChainModel<double>& model, int sphere_count);
+
+/// Properties of the stem at `position` (m from the clamp), derived from those of the whole stem.
+using LocalStem =
+    std::function<StemParameters<double>(StemParameters<double> stem, double position)>;
+
+/// Multiplies stiffness and damping of every bond, and mass and inertia of every sphere, by the
+/// ratio of the bond law's values for the local stem to those for the whole stem. The local stem is
+/// that at the middle of a bond and at the centre of a sphere. Several changes may be applied in
+/// any order. The lengths and lever arms of the bonds do not change.
+void change_along_stem(EffectTarget& target, const LocalStem& local);
+
+/// Adds the target's attached masses to the spheres, each shared by the two nearest so that its
+/// centre is right. The bonds' damping stays that of the stem. Throws core::InputError for a
+/// position below the clamp.
+void join_attached_masses(EffectTarget& target);
 
 /// Adds an effect to the target; `values` in the order of its parameters.
 using ApplyEffect = std::function<void(std::span<const double> values, EffectTarget& target)>;

@@ -3,7 +3,6 @@
 
 #include "core/error.hpp"
 #include "core/nearest_name.hpp"
-#include "physics/effects/per_link.hpp"
 
 #include <algorithm>
 #include <functional>

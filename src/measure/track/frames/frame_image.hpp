@@ -2,6 +2,7 @@
 // One frame of a recording as plain numbers, and the possible orientations of a stem in it.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -9,6 +10,11 @@ namespace culm::measure {
 
 /// Bands of a frame. A grey frame has only `Red`, which contains the grey values.
 enum class Band { Red = 0, Green = 1, Blue = 2 };
+/// The names in video.toml.
+inline constexpr std::array band_names{"red", "green", "blue"};
+[[nodiscard]] inline const char* to_string(Band band) {
+    return band_names.at(static_cast<std::size_t>(band));
+}
 
 /// Grey values of one or three bands on a scale where the format's largest value is 255.
 struct FrameImage {
@@ -40,6 +46,12 @@ struct BandImage {
 
 /// Direction in the picture from the clamp to the tip.
 enum class Up { DecreasingRow, IncreasingRow, DecreasingColumn, IncreasingColumn };
+/// The names in video.toml.
+inline constexpr std::array up_names{"decreasing_row", "increasing_row", "decreasing_column",
+                                     "increasing_column"};
+[[nodiscard]] inline const char* to_string(Up up) {
+    return up_names.at(static_cast<std::size_t>(up));
+}
 
 /// Is the stem horizontal in the picture?
 [[nodiscard]] inline bool is_sideways(Up up) {

@@ -215,10 +215,10 @@ json stem_json(const Track& track, bool has_motion) {
     const double rest = has_motion && !std::isnan(track.window.rest.back())
                             ? track.window.rest.back()
                             : survey.trace.axis_column;
-    json out{{"up", up_name(survey.view.up)},
+    json out{{"up", to_string(survey.view.up)},
              {"clamp", point_json(track, survey.trace.axis_column, survey.clamp_row)},
              {"tip", point_json(track, rest, visible_tip(track))},
-             {"channel", channel_name(survey.view.band)},
+             {"channel", to_string(survey.view.band)},
              {"stem", survey.view.sign > 0 ? "bright" : "dark"},
              {"width_px", rounded(survey.apparent_width)},
              {"release_frame", nullptr},

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // A short weak or stiff segment: a node, a kink, a crack.
 #include "physics/effects/effect.hpp"
-#include "physics/effects/per_link.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The stem is not straight at rest.
 #include "physics/effects/effect.hpp"
-#include "physics/effects/per_link.hpp"
 
 #include <algorithm>
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The stem's diameter changes linearly from the clamp to the tip.
 #include "physics/effects/effect.hpp"
-#include "physics/effects/per_link.hpp"
 
 namespace culm::physics {
 

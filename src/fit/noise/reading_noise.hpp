@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Standard deviation of the readings of a measurement, stated or estimated.
+// Noise of the readings of a measurement: stated, or estimated at rest or, from the residuals of a
+// fit, in motion.
 #pragma once
 
-#include "fit/chain/observed_recording.hpp"
+#include "fit/solve/fit_result.hpp"
 
 #include <string>
 #include <vector>
@@ -25,5 +26,17 @@ struct ReadingNoise {
 /// Noise of each reading over that of its row, (times, rows); empty: 1.
 [[nodiscard]] std::vector<double> relative_noise(const measure::Measurement& measurement,
                                                  const std::vector<double>& by_row);
+
+/// The recording with the noise of its readings while the stem moves. The noise is estimated from
+/// the residuals without the parts at the modes and in a drift, at the Fourier frequencies that
+/// these do not affect: Student's t of outliers, which are then down-weighted (Lange et al. 1989),
+/// the correlation in time by Whittle's likelihood, and that of the rows. Each is used if noise
+/// without it shows as much in one recording of a thousand. A recording with less than 64 frames or
+/// 20 such frequencies is returned unchanged.
+[[nodiscard]] ObservedRecording with_noise_in_motion(const RecordingFit& fit,
+                                                     const ObservedRecording& measurement);
+
+/// Do two estimates for one recording agree on its noise in motion, with its size to 1 %?
+[[nodiscard]] bool has_same_noise(const ObservedRecording& one, const ObservedRecording& other);
 
 } // namespace culm::fit
