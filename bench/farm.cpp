@@ -155,7 +155,7 @@ void print_shares(const farm::Communicator& communicator, const std::filesystem:
                    communicator.size());
     for (const char* store : {"fit", "tip", "heights", "full"}) {
         const Run run =
-            real_study(&communicator, scratch, agreed_study_text(communicator, store, 5.0));
+            real_study(&communicator, scratch, agreed_study_text(communicator, store, 20.0));
         const double storage = mean_over_ranks(communicator, run.storage);
         if (is_root)
             fmt::print("| {} | {:.2f} | {:.3f} | {:.3f} | {:.2f} % |\n", store, run.wall, storage,
