@@ -204,9 +204,9 @@ core::ExitCode run(const RunArguments& arguments, const farm::Communicator* comm
     const study::ExecuteOutcome outcome = study::execute(study, folder, communicator, options);
     display.finish();
     if (prints && !outcome.lost_trajectories.empty())
-        print_warning(fmt::format("{} trajectories were lost; their points were computed again. {}",
-                                  outcome.lost_trajectories.size(),
-                                  outcome.lost_trajectories.front()));
+        print_warning(fmt::format(
+            "points computed again, because their trajectories were lost: {}; the first: {}",
+            outcome.lost_trajectories.size(), outcome.lost_trajectories.front()));
     return farm::on_root(communicator, [&] {
         if (!archive::FileDescriptor(output, archive::FileDescriptor::Access::Read).can_be_locked())
             print_note(

@@ -6,6 +6,7 @@
 #include "archive/trajectory/reader.hpp"
 #include "core/error.hpp"
 #include "study/config/study_config.hpp"
+#include "study/execute/journal_notes.hpp"
 
 #include <algorithm>
 #include <chrono>
