@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
-#include <iterator>
 #include <map>
 #include <ranges>
 #include <string>
@@ -112,9 +111,10 @@ std::int64_t rank_of(const study::JournalState& journal) {
 /// journals have not changed for the longest time. The journals have the numbers of the ranks.
 std::string ranks_text(const FolderState& state) {
     constexpr std::size_t most = 16;
-    std::vector<study::JournalState> ranks;
-    std::ranges::copy_if(state.journals, std::back_inserter(ranks),
-                         &study::JournalState::is_locked);
+    std::vector<const study::JournalState*> ranks; // their scans may hold millions of entries
+    for (const study::JournalState& journal : state.journals)
+        if (journal.is_locked)
+            ranks.push_back(&journal);
     std::ranges::stable_sort(ranks, std::ranges::greater{}, &study::JournalState::age_s);
     const std::int64_t remaining =
         state.counts().missing - static_cast<std::int64_t>(state.unfinished_starts().size());
@@ -123,12 +123,12 @@ std::string ranks_text(const FolderState& state) {
                        : counted(remaining, "point") +
                              " not begun, which another rank holds or which would end too late";
     std::string text;
-    for (const study::JournalState& rank : ranks | std::views::take(most)) {
-        const double age = std::max(0.0, rank.age_s);
-        text += fmt::format("rank {:<4} {}\n", rank_of(rank),
-                            rank.is_waiting() ? fmt::format("waits for {:.0f} s: {}", age, reason)
-                                              : fmt::format("computes {} for {:.0f} s",
-                                                            ranges_text(rank.computing), age));
+    for (const study::JournalState* rank : ranks | std::views::take(most)) {
+        const double age = std::max(0.0, rank->age_s);
+        text += fmt::format("rank {:<4} {}\n", rank_of(*rank),
+                            rank->is_waiting() ? fmt::format("waits for {:.0f} s: {}", age, reason)
+                                               : fmt::format("computes {} for {:.0f} s",
+                                                             ranges_text(rank->computing), age));
     }
     if (ranks.size() > most)
         text += fmt::format("          … and {} more ranks\n", ranks.size() - most);

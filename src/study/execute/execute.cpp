@@ -35,6 +35,10 @@ int rank_of(const farm::Communicator* communicator) {
     return communicator == nullptr ? 0 : communicator->rank();
 }
 
+int ranks_of(const farm::Communicator* communicator) {
+    return communicator == nullptr ? 1 : communicator->size();
+}
+
 std::string host_name() {
     std::array<char, 256> name{};
     ::gethostname(name.data(), name.size() - 1);
@@ -138,10 +142,9 @@ farm::Pace earlier_pace(const StudyFolder& folder, const std::vector<farm::Batch
     const farm::Pace pace = farm::on_root(communicator, [&] { return read_pace(folder); });
     const double longest =
         batches.empty() ? 0.0 : std::ranges::max(batches, {}, &farm::Batch::cost).cost;
-    const int ranks = communicator == nullptr ? 1 : communicator->size();
     // This run's first batch of every rank counts as much as all earlier runs together, which may
     // have been on another machine.
-    return pace.with_weight_up_to(longest * ranks);
+    return pace.with_weight_up_to(longest * ranks_of(communicator));
 }
 
 /// Expected time of the cheapest batch, s; that of make_batches if no times are known.
@@ -156,10 +159,9 @@ void compute(const Study& study, const FolderContent& content, const StudyFolder
              const farm::Communicator* communicator, const ExecuteOptions& options,
              ExecuteOutcome& outcome) {
     const archive::StudyDescription description = description_of(study, options.provenance);
-    const auto pending = static_cast<std::int64_t>(content.pending_points.size());
     archive::TrajectoryWriter trajectories(
         folder.trajectories(), static_cast<std::uint32_t>(rank_of(communicator)), description,
-        pending / (communicator == nullptr ? 1 : communicator->size()));
+        std::ssize(content.pending_points) / ranks_of(communicator));
     std::optional<archive::JournalWriter> journal;
     std::string complaint;
     try {
@@ -214,7 +216,7 @@ void leave_note(const Study& study, const StudyFolder& folder, const std::string
     note.emplace_back("start", start);
     note.emplace_back("pending", std::to_string(content.pending_points.size()));
     note.emplace_back("journalled", std::to_string(content.journalled));
-    note.emplace_back("ranks", std::to_string(communicator == nullptr ? 1 : communicator->size()));
+    note.emplace_back("ranks", std::to_string(ranks_of(communicator)));
     try {
         write_note(folder, note);
     } catch (const core::StorageError&) {

@@ -63,8 +63,9 @@ Entries entries_of_cihx(const std::string& text) {
         {"File Format", {"imageFileInfo", "fileFormat"}},
     };
     Entries entries;
+    const std::string_view root = element(text, "cih");
     for (const auto& [name, path] : paths) {
-        std::string_view value = element(text, "cih");
+        std::string_view value = root;
         for (const char* part : path)
             value = element(value, part);
         if (!trimmed(value).empty())
