@@ -28,7 +28,7 @@ MOST_IN_FOLDER = 25
 # Files and lines of src/: the aim, and the present limit. When src/ becomes smaller, lower the
 # limit, until it equals the aim.
 AIM_FILES, AIM_LINES = 450, 50_000
-MOST_FILES, MOST_LINES = 398, 58_943
+MOST_FILES, MOST_LINES = 398, 58_939
 
 
 def name_faults(place: Path) -> list[str]:

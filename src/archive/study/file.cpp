@@ -201,17 +201,22 @@ std::vector<double> StudyFile::height_deflection(std::int64_t point) const {
 }
 
 std::optional<TrajectoryPlace> StudyFile::trajectory(std::int64_t point) const {
-    const Hdf5Silence silence;
-    if (status(point) != PointStatus::Completed || !input_->has(trajectory_places))
+    if (!description_.stored.positions || status(point) != PointStatus::Completed)
         return std::nullopt;
-    const std::vector<double> row = require_size(
-        trajectory_places, input_->doubles_at(trajectory_places, static_cast<hsize_t>(point)), 4);
-    if (row[0] < 0.0)
-        return std::nullopt;
-    const auto number = [&row](std::size_t column) {
+    if (!places_) {
+        const Hdf5Silence silence;
+        places_ = input_->has(trajectory_places)
+                      ? require_size(trajectory_places, input_->doubles(trajectory_places),
+                                     4 * statuses_.size())
+                      : std::vector<double>();
+    }
+    const auto number = [&](std::size_t column) {
         constexpr double largest = std::numeric_limits<std::uint32_t>::max();
-        return static_cast<std::uint32_t>(std::fmin(std::fmax(row[column], 0.0), largest));
+        const double stored = (*places_)[4 * static_cast<std::size_t>(point) + column];
+        return static_cast<std::uint32_t>(std::fmin(std::fmax(stored, 0.0), largest));
     };
+    if (places_->empty() || (*places_)[4 * static_cast<std::size_t>(point)] < 0.0)
+        return std::nullopt;
     return TrajectoryPlace{number(0), number(1), number(2), number(3)};
 }
 

@@ -89,6 +89,7 @@ class StudyFile {
     std::shared_ptr<TrajectoryFolder> trajectories_;
     StudyDescription description_;
     std::vector<PointStatus> statuses_;
+    mutable std::optional<std::vector<double>> places_;    ///< (points, 4) if they were asked for
     mutable std::vector<std::vector<double>> result_rows_; ///< (columns, rows of one chunk)
     mutable std::int64_t first_result_row_ = -1;           ///< of these; -1: none are stored
 };

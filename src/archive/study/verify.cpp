@@ -2,7 +2,6 @@
 #include "archive/hdf5/handle.hpp"
 #include "archive/hdf5/read.hpp"
 #include "archive/study/file.hpp"
-#include "archive/trajectory/reader.hpp"
 #include "core/error.hpp"
 
 #include <algorithm>
@@ -151,38 +150,30 @@ std::vector<std::string> dataset_names(const Hdf5Input& input) {
     return names;
 }
 
-/// Whole chunks do not show that a table has one number for each point.
-void examine_tables(const StudyFile& file, std::vector<DamagedDataset>& damaged) {
+/// Whole chunks do not show that a table has one number for each point. Trajectories in other files
+/// have a checksum each.
+void examine_numbers(const StudyFile& file, Verification& verification) {
     const StudyDescription& description = file.description();
-    const auto examine_column = [&](const std::string& name, const auto& read) {
+    const auto examine = [&](const std::string& name, const auto& read) {
         try {
             static_cast<void>(read());
         } catch (const core::StorageError& error) {
-            damaged.push_back({name, 1, 1, error.what()});
+            verification.damaged.push_back({name, 1, 1, error.what()});
         }
     };
     for (const Column& column : description.factors)
-        examine_column("/design/" + column.name, [&] { return file.factor(column.name); });
+        examine("/design/" + column.name, [&] { return file.factor(column.name); });
     for (const Column& column : description.results)
-        examine_column("/results/" + column.name, [&] { return file.result(column.name); });
-}
-
-/// The checksums of trajectories in other files.
-void examine_trajectories(const StudyFile& file, Verification& verification) {
-    TrajectoryFolder folder(file.path().parent_path() / trajectory_folder_name);
-    for (std::int64_t point = 0; point < file.point_count(); ++point) {
-        try {
-            const auto place = file.trajectory(point);
-            if (!place)
-                continue;
+        examine("/results/" + column.name, [&] { return file.result(column.name); });
+    const std::int64_t trajectories = description.stored.positions ? file.point_count() : 0;
+    for (std::int64_t point = 0; point < trajectories; ++point)
+        examine("/particles/" + particle_group_name(point), [&] {
+            if (!file.trajectory(point))
+                return std::vector<double>();
             ++verification.datasets;
             ++verification.chunks;
-            (void)folder.read(*place);
-        } catch (const core::StorageError& error) {
-            verification.damaged.push_back(
-                {"/particles/" + particle_group_name(point), 1, 1, error.what()});
-        }
-    }
+            return file.positions(point);
+        });
 }
 
 } // namespace
@@ -200,9 +191,7 @@ Verification verify(const std::filesystem::path& path) {
             verification.damaged.push_back(result);
     }
     if (verification.is_whole())
-        examine_tables(StudyFile(path), verification.damaged);
-    if (verification.is_whole())
-        examine_trajectories(StudyFile(path), verification);
+        examine_numbers(StudyFile(path), verification);
     return verification;
 }
 

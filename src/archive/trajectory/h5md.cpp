@@ -42,7 +42,6 @@ DatasetLayout position_layout(const StudyDescription& description) {
     return {.type = description.single_precision ? H5T_IEEE_F32LE : H5T_IEEE_F64LE,
             .shape = {description.times.size(), static_cast<hsize_t>(description.spheres), 3},
             .chunk = {},
-            .compression = 0,
             .unit = "m",
             .description = "centres of the spheres: axial, lateral, out of plane"};
 }

@@ -7,7 +7,6 @@
 #include "archive/study/description.hpp"
 
 #include <string>
-#include <vector>
 
 namespace culm::archive {
 

@@ -6,6 +6,7 @@
 #include "core/error.hpp"
 
 #include <span>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -32,11 +33,11 @@ const Hdf5Input& TrajectoryFolder::open(const std::string& file) {
     if (!std::filesystem::exists(path))
         throw core::StorageError(
             fmt::format("{} is missing; it holds trajectories of the study", path.string()));
-    const auto format = [&path] { return Hdf5Input(path).text_attribute("/", "format"); };
-    require_survival(path, [&] { (void)format(); });
-    if (format() != trajectory_format_name)
+    require_survival(path, [&] { (void)Hdf5Input(path).text_attribute("/", "format"); });
+    Hdf5Input input(path);
+    if (input.text_attribute("/", "format") != trajectory_format_name)
         throw core::StorageError(path.string() + " is not a file of trajectories");
-    return open_.try_emplace(file, path).first->second;
+    return open_.try_emplace(file, std::move(input)).first->second;
 }
 
 } // namespace culm::archive

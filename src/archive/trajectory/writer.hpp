@@ -45,7 +45,6 @@ class TrajectoryWriter {
     void start_file();
 
     std::filesystem::path folder_;
-    std::uint32_t rank_;
     const StudyDescription& description_;
     std::int64_t expected_;
     std::optional<FileDescriptor> file_;
