@@ -17,6 +17,8 @@ from culm_program import (BAD_INPUT, DONE, POINTS_FAILED, PROGRAM, SLOWNESS,  # 
 
 # Seconds after which a run is taken to hang: far longer than any of these studies takes.
 PATIENCE = 120 * SLOWNESS
+# Begins every record of a journal (docs/archive-format.md).
+MAGIC = b"\xC5REC\r\n\x1A\xF1"
 # mpirun processes that end_in_order had to kill.
 HUNG_LAUNCHERS: list[int] = []
 

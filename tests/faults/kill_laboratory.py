@@ -25,14 +25,13 @@ import zlib
 from collections import Counter
 from pathlib import Path
 
-from fault_study import (BAD_INPUT, DONE, PATIENCE, STOPPED_EARLY, command, culm,
+from fault_study import (BAD_INPUT, DONE, MAGIC, PATIENCE, STOPPED_EARLY, command, culm,
                          kill_at_random, start)
 from kill_study import end_with, require
 
 OPTIONS = ("diagnose", "A", "B", "--spheres", "12", "--window", "0.2", "--candidates",
            "quadratic_drag,viscous_drag", "-q")
 KEPT = "unfinished.culmj"
-RECORD = b"\xC5REC\r\n\x1A\xF1"  # begins every record (docs/archive-format.md)
 
 
 def copy_stems(recording: Path, folder: Path):
@@ -99,7 +98,7 @@ def kept_fits(folder: Path, name: str) -> int:
         return 0
     place = header_bytes(kept)
     number = 0
-    while content[place:place + 8] == RECORD:
+    while content[place:place + 8] == MAGIC:
         size, _, _, _, crc = struct.unpack_from("<QqIII", content, place + 8)
         if zlib.crc32(content[place + 40:place + 40 + size]) != crc:
             break

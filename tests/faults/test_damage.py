@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 
 import h5py
 
-from fault_study import (BAD_INPUT, DONE, PATIENCE, POINTS_FAILED, STOPPED_EARLY, STUDY,
+from fault_study import (BAD_INPUT, DONE, MAGIC, PATIENCE, POINTS_FAILED, STOPPED_EARLY, STUDY,
                          LONG_STUDY, committed_points, culm, journal_bytes, start, verify)
 from kill_study import contents
 
@@ -23,8 +23,6 @@ sys.path.append(str(ROOT / "postprocess"))
 from culm.archive import Study, StudyError  # noqa: E402
 
 POINTS = 96  # of the long study
-# Begins every record of a journal.
-MAGIC = b"\xc5REC\r\n\x1a\xf1"
 
 
 def stored_ranges(archive: Path) -> dict[str, list[tuple[int, int]]]:
