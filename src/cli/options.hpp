@@ -6,10 +6,12 @@
 #include "cli/command_line.hpp"
 #include "study/config/parameters.hpp"
 
+#include <cstdlib>
 #include <memory>
 #include <string>
 
 #include <CLI/CLI.hpp>
+#include <fmt/core.h>
 #include <nlohmann/json_fwd.hpp>
 
 namespace culm::cli {
@@ -22,7 +24,16 @@ CLI::Option* add_option(CLI::App& command, const std::string& name, Value& value
 }
 
 /// Refuses values outside of the range, NaN and infinities; CLI11's own checks let NaN pass.
-[[nodiscard]] CLI::Validator number_in(const study::Interval& range);
+[[nodiscard]] inline CLI::Validator number_in(const study::Interval& range) {
+    const auto complaint = [range](const std::string& text) {
+        char* end = nullptr;
+        const double value = std::strtod(text.c_str(), &end);
+        return end != text.c_str() && *end == '\0' && range.contains(value)
+                   ? std::string()
+                   : fmt::format("{} is not a number in {}", text, range.text());
+    };
+    return {complaint, "in " + range.text()};
+}
 
 /// Runs `action` by alone_or_under_launcher when the command has been parsed. `argc` and `argv` are
 /// main's.

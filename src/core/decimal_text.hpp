@@ -13,8 +13,7 @@ namespace culm::core {
 [[nodiscard]] std::optional<double> parse_decimal(std::string_view text, int power_of_ten = 0);
 
 /// The shortest decimal text of value · 10^power_of_ten that parse_decimal converts to `value` bit
-/// for bit (with the opposite power); without an exponent
-/// for 1e-7 … 1e16.
+/// for bit (with the opposite power); without an exponent for 1e-7 … 1e16.
 [[nodiscard]] std::string decimal_text(double value, int power_of_ten = 0);
 
 /// value · 10^power_of_ten, correctly rounded from the shortest decimal number that identifies

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// All constants of the decision which model a recording requires, with their reasons.
+// Thresholds of the decision which model a recording requires, with their reasons.
 #pragma once
 
 namespace culm::diagnose {

@@ -94,17 +94,26 @@ std::vector<bool> held_numbers(const JointLayout& layout, const JointOptions& op
 }
 
 /// The terms of a part in the linear solution. A chain that cannot be computed with an input
-/// changed a little has none of the inputs.
+/// changed a little has none of the inputs, and says so.
 void add_terms(const ObservedRecording& recording, const JointOptions& options,
                std::vector<ErrorTerm> inputs, RecordingFit& part, int& batches) {
     if (!can_move(part.model, recording))
         return;
+    part.missing_terms = recording.missing_terms;
     if (options.with_inputs) {
         try {
             part.terms = inputs.empty() ? input_terms(part, recording, options.heartbeat, batches)
                                         : std::move(inputs);
+        } catch (const core::NumericalError& error) {
+            part.missing_terms.push_back(fmt::format(
+                "The stated inputs count as exact: a chain with a changed one fails ({})",
+                error.what()));
+        }
+        try {
             std::ranges::move(second_mode_terms(part, recording), std::back_inserter(part.terms));
-        } catch (const core::NumericalError&) {
+        } catch (const core::NumericalError& error) {
+            part.missing_terms.push_back(
+                fmt::format("The second mode counts as exact: it fails ({})", error.what()));
         }
     }
     if (recording.terms)

@@ -28,7 +28,10 @@ Fit fit_with_terms(Fit fit, ObservedRecording& recording, const FitOptions& opti
         known = std::move(division.known);
         if (division.doubt)
             terms->push_back(*std::move(division.doubt));
-    } catch (const core::NumericalError&) { // the chain itself can be computed
+    } catch (const core::NumericalError& error) { // the chain itself can be computed
+        recording.missing_terms.push_back(fmt::format(
+            "The division into spheres counts as exact, because the finer chain fails: {}",
+            error.what()));
     }
     for (const std::vector<ErrorTerm>& some :
          {release_terms(fit, recording), place_terms(fit.parts.front(), recording),

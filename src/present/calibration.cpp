@@ -112,6 +112,8 @@ std::string calibration_text(const calibrate::Calibration& calibration, const st
     text += result_lines("  ", fmt::format("residual {} rms, {:.2f} times the noise of {} ({})",
                                            unit.text(fit.rmse), fit::over_noise(fit),
                                            unit.text(fit::typical_noise(fit)), fit.noise_source));
+    for (const std::string& remark : remarks_on(fit))
+        text += result_lines("  ", remark);
     text += fmt::format("  reduced chi2 {:.3f} with the inputs free within their uncertainties\n",
                         calibration.fit.reduced_chi_squared);
     text += verdict_lines(calibration);

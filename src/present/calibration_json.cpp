@@ -177,7 +177,7 @@ void describe_calibration(To& to, const calibrate::Calibration& of, const std::s
        "relative error of Y because still air moves with the stem; 0: the model has that air");
     to.object("fit", [&] { describe_quality(to, of, part); });
     to.object("chain", [&] { describe_chain(to, part.model, law); });
-    to("remarks", part.model.remarks);
+    to("remarks", [&] { return remarks_on(part); });
 }
 
 } // namespace

@@ -37,7 +37,7 @@ void describe_fitted_model(To& to, const LadderModel& model, std::size_t index) 
     to.object("verdict", [&] { describe_verdict(to, comparison.verdict); });
     to("sentences", [&] { return comparison_sentences(comparison); });
     to.object("where", [&] { describe_where(to, comparison, part); });
-    to("remarks", part.model.remarks);
+    to("remarks", [&] { return remarks_on(part); });
     to(
         "moves", [&] { return model.fit.moves(); }, "false: nothing in it moves the stem");
     to("log_evidence", model.log_evidence);

@@ -256,6 +256,9 @@ std::string comparison_text(const diagnose::Ladder& ladder, const measure::Measu
             text += "baseline:\n";
         if (is_shown)
             text += model_parameters(model.fit);
+        for (std::size_t part = 0; is_shown && part < model.fit.parts.size(); ++part)
+            for (const std::string& remark : remarks_on(model.fit.parts[part]))
+                text += result_lines("    ", remark);
         if (const std::string said = contradiction_sentence(
                 model.fit.pulls, !model.comparison || model.comparison->verdict.finding !=
                                                           diagnose::Finding::Inadequate);

@@ -137,6 +137,8 @@ std::vector<std::string> explanations(const DiagnosisReport& report) {
         sentences.push_back(
             fmt::format("The search ended after {} models; likelier ones may exist.",
                         found.posterior.models.size()));
+    for (const fit::RecordingFit& part : report.best_fit().parts)
+        std::ranges::copy(remarks_on(part), std::back_inserter(sentences));
     if (std::string said =
             contradiction_sentence(found.final_fit.pulls, found.conclusion != Conclusion::Unknown);
         !said.empty())

@@ -109,4 +109,10 @@ std::vector<Contradiction> contradictions_of(std::span<const fit::Pull> pulls) {
     return found;
 }
 
+std::vector<std::string> remarks_on(const fit::RecordingFit& part) {
+    std::vector<std::string> remarks = part.model.remarks;
+    std::ranges::copy(part.missing_terms, std::back_inserter(remarks));
+    return remarks;
+}
+
 } // namespace culm::present

@@ -77,6 +77,9 @@ void describe(To& to, const Contradiction& input) {
 }
 [[nodiscard]] std::vector<Contradiction> contradictions_of(std::span<const fit::Pull> pulls);
 
+/// What the chain cannot represent and what the intervals lack, one sentence each.
+[[nodiscard]] std::vector<std::string> remarks_on(const fit::RecordingFit& part);
+
 /// "baseline + quadratic_drag".
 [[nodiscard]] std::string model_name(const std::vector<std::string>& names);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "diagnose/ladder.hpp"
 
+#include "beam_generator/recording.hpp"
 #include "diagnosis_records.hpp"
 #include "support/parameter_ids.hpp"
 #include "support/single_fit.hpp"
@@ -58,6 +59,25 @@ TEST(Ladder, CallsAYieldingClampAGainButNotDrag) {
     EXPECT_NEAR(stiffness->value, 0.6696, 0.15 * 0.6696); // the truth; issue 5 asks for 15 %
     EXPECT_FALSE(ladder.models[2].is_gain);
     EXPECT_FALSE(ladder.models[2].why.empty());
+}
+
+// Drag beside a shaking support: the linear estimate of both about the chain has negative drag, so
+// that they have no start together.
+TEST(Ladder, AddsOneEffectAfterTheOtherWhereBothHaveNoStart) {
+    beam::RecordingSpec spec;
+    spec.stem = {.length = 0.147, .diameter = 3.2e-3, .density = 100.0, .youngs_modulus = 1.65e9};
+    spec.effects = {
+        {"base_motion", {{"amplitude_m", 2e-4}, {"frequency_hz", 113.0}, {"phase_rad", -3.7}}},
+        {"quadratic_drag", {{"drag_coefficient", 1.2}}}};
+    spec.heights = beam::even_heights(spec.stem.length, 8);
+    spec.duration = 0.2;
+    spec.errors.noise = 0.05e-3;
+    const diagnose::Ladder ladder =
+        diagnose::climb(beam::record(spec), models({"base_motion,quadratic_drag"}), quick_fit());
+    ASSERT_FALSE(ladder.models[1].fit.failed()) << ladder.models[1].why;
+    EXPECT_GT(over_noise(ladder, 0), 3.0);
+    EXPECT_LT(over_noise(ladder, 1), 1.5);
+    EXPECT_TRUE(ladder.models[1].is_gain) << ladder.models[1].why;
 }
 
 TEST(Ladder, HasNoGainForAPlainRecord) {

@@ -6,7 +6,6 @@
 #include "fit/solve/error_solution.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "physics/effects/user_effect.hpp"
-#include "physics/effects/user_expression.hpp"
 
 #include <algorithm>
 #include <cmath>

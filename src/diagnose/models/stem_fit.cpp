@@ -6,6 +6,7 @@
 #include "diagnose/evidence/estimated_starts.hpp"
 
 #include <algorithm>
+#include <array>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -107,7 +108,20 @@ fit::Fit fit_larger(const fit::SelectedEffects& effects, const fit::Fit& smaller
             held.rig_of[name] = {};
         const SharedColumns columns = shared_columns(smaller, recordings, held);
         const EffectView view = view_of(std::move(candidates), columns);
-        PredictedGain gain = LinearEvidence(view.columns, view.gram, view.overlap).gain(all);
+        const LinearEvidence evidence(view.columns, view.gram, view.overlap);
+        PredictedGain gain = evidence.gain(all);
+        if (gain.points.empty() && added.size() > 1) { // the likeliest effect first
+            const auto best = std::ranges::max_element(
+                all, {}, [&](std::size_t k) { return evidence.gain(std::array{k}).log_evidence; });
+            fit::SelectedEffects first = smaller.effects;
+            first.push_back(added[*best]);
+            if (const fit::Fit one = fit_larger(first, smaller, recordings, options);
+                !one.failed()) {
+                fit = fit_larger(effects, one, recordings, options);
+                fit.batches += batches + one.batches;
+                return fit;
+            }
+        }
         if (gain.points.empty()) { // all allowed sizes make the fit worse: it starts without them
             gain.points.emplace_back();
             for (const EffectColumns& each : view.columns)

@@ -69,6 +69,7 @@ struct ObservedRecording : measure::Measurement {
     std::shared_ptr<const ReadingErrors> errors;   ///< null: none
     /// Terms that are the same for all models, but not fitted; null: not determined.
     std::shared_ptr<const std::vector<ErrorTerm>> terms;
+    std::vector<std::string> missing_terms; ///< as RecordingFit::missing_terms
 
     ObservedRecording() = default;
     explicit ObservedRecording(measure::Measurement measurement)
@@ -78,7 +79,7 @@ struct ObservedRecording : measure::Measurement {
 /// The noise and the errors travel; every rank has the readings.
 template <class Wire>
 void fields(Wire& wire, ObservedRecording& recording) {
-    wire(recording.noise_model, recording.errors, recording.terms);
+    wire(recording.noise_model, recording.errors, recording.terms, recording.missing_terms);
 }
 
 /// The measurements before any fit.

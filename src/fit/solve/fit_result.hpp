@@ -82,6 +82,7 @@ struct RecordingFit {
     bool is_noise_known = false;
     std::shared_ptr<const NoiseModel> noise_model; ///< as in the recording
     std::vector<ErrorTerm> terms;                  ///< of the linear solution
+    std::vector<std::string> missing_terms;        ///< one sentence for each kind that failed
 
     std::size_t readings = 0; ///< used
     std::size_t degrees_of_freedom = 0;
