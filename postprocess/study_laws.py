@@ -37,32 +37,15 @@ class StudyLaw:
 LARGEST_COMPARABLE_RESIDUAL = 20.0
 MOST_BINS = 200
 
-# Table 1 of the paper: the published laws are those of this stem.
-PUBLISHED_STEM = {"spheres": 56, "sphere_diameter_mm": 2.83, "bond_length_mm": 2.83,
-                  "bond_diameter_mm": 2.83, "bond_inner_diameter_mm": 0.0, "density_kg_m3": 125.0}
-CALIBRATED = ("bond_damping", "bond_youngs_modulus")
 # √Y in √Pa from b2 in Hz (Eq. 12), β from b1 per cycle (Eq. 13).
 PUBLISHED_YOUNGS_MODULUS = Law(intercept=91.4, slope=574.3)
 PUBLISHED_DAMPING = Law(intercept=2.5, slope=-261.4)
 
 
-def has_published_stem(study: Study) -> bool:
-    """Whether the stem is the paper's, and only Y and β vary. A parameter that the study does not
-    state is the default, which is the paper's."""
-    if any(not name.startswith(CALIBRATED) for name in study.factors):
-        return False
-    stated = {key: study.settings.get(f"stem.{key}") for key in PUBLISHED_STEM}
-    try:
-        return all(value is None or np.isclose(float(value), PUBLISHED_STEM[key], rtol=1e-3)
-                   for key, value in stated.items())
-    except ValueError:
-        return False
-
-
 def published_laws(study: Study) -> tuple[Law, Law] | tuple[None, None]:
-    """Eqs. 12 and 13 if they are those of the study's stem."""
-    return ((PUBLISHED_YOUNGS_MODULUS, PUBLISHED_DAMPING) if has_published_stem(study)
-            else (None, None))
+    """Eqs. 12 and 13 if they are those of the study's stem and law, as its summary says."""
+    return ((PUBLISHED_YOUNGS_MODULUS, PUBLISHED_DAMPING)
+            if study.summary.get("is_published_stem") else (None, None))
 
 
 def study_law(study: Study, response: str) -> StudyLaw | str:

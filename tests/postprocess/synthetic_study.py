@@ -33,6 +33,7 @@ class Synthetic:
     frequency_factor: float = 1.0
     extra_factors: dict = field(default_factory=dict)
     extra_settings: dict = field(default_factory=dict)
+    is_published_stem: bool = True
 
     def __post_init__(self):
         damping, modulus = np.meshgrid(self.dampings, self.moduli_gpa, indexing="ij")
@@ -121,6 +122,7 @@ class Synthetic:
             "failed": [{"point": p, "kind": "not_a_number", "reason": "NaN"} for p in failed],
             "ranks": 1,
             "wall_s": 1.0,
+            "is_published_stem": self.is_published_stem,
             "regression": {
                 "sqrt_youngs_modulus": law_entry("frequency", self.frequency[rows], root),
                 "bond_damping": law_entry(

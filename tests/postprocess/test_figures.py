@@ -110,17 +110,11 @@ class Regression(FigureTest):
         heading = figures.regression_figure(study)._suptitle.get_text()
         self.assertTrue(heading.endswith("also varied: length_mm"))
 
-    def assert_no_published_law(self, **options):
-        study = self.open(**options)
+    def test_the_published_laws_are_not_those_of_another_stem(self):
+        study = self.open(is_published_stem=False)
         for draw in (figures.regression_figure, figures.residual_figure):
             for axes in draw(study).axes[:2]:
                 self.assertTrue(all("this study" in label for label in labels_of(axes)))
-
-    def test_the_published_laws_are_not_those_of_another_diameter(self):
-        self.assert_no_published_law(extra_settings={"stem.bond_diameter_mm": 4.0})
-
-    def test_the_published_laws_are_not_those_of_several_lengths(self):
-        self.assert_no_published_law(extra_factors={"length_mm": ("mm", np.linspace(150, 160, 12))})
 
     def test_a_malformed_summary_is_refused(self):
         study = self.open()

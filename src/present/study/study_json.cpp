@@ -215,6 +215,8 @@ void describe(To& to, const StudySummaryFile& of) {
         to("amplitude", [&] { return summary.reduce.is_amplitude_free ? "free" : "fixed"; });
         to("significance", summary.reduce.significance);
     });
+    to("is_published_stem", summary.is_published,
+       "Eqs. 12 and 13 belong to its stem and law; only Y and beta vary");
     to.object("regression", [&] {
         to.object("sqrt_youngs_modulus", [&] {
             describe_law(to, summary.regression.sqrt_youngs_modulus, "frequency", "sqrt(Pa)");

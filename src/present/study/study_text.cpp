@@ -112,7 +112,8 @@ std::string replicate_table(const study::ReplicateSummary& summary, std::size_t 
     return text;
 }
 
-std::string law(const char* response, const char* predictor, const char* published,
+/// `published` is the published law, or empty.
+std::string law(const char* response, const char* predictor, const std::string& published,
                 const reduce::RegressionOutcome& outcome) {
     if (!outcome.regression)
         return fmt::format("{:<10} no regression: {}\n", response, outcome.reason);
@@ -120,12 +121,12 @@ std::string law(const char* response, const char* predictor, const char* publish
     const auto& slope = found.single.slope;
     const auto& intercept = found.single.intercept;
     std::string text = fmt::format(
-        "{} = {:.2f} {} {} {:.2f}      adjusted R² {:.5f}, {} points\n"
-        "    published:          {}\n"
+        "{} = {:.2f} {} {} {:.2f}      adjusted R² {:.5f}, {} points\n{}"
         "    95 % intervals:     slope {:.2f} … {:.2f}, intercept {:.2f} … {:.2f}\n",
         response, slope.value, predictor, intercept.value < 0 ? "-" : "+",
         std::abs(intercept.value), found.single.regression.adjusted_r_squared, found.points,
-        published, slope.lower, slope.upper, intercept.lower, intercept.upper);
+        published.empty() ? published : fmt::format("    published:          {}\n", published),
+        slope.lower, slope.upper, intercept.lower, intercept.upper);
     text += fmt::format("    largest residual:   {:.2f} % of the largest observed value\n",
                         found.single.largest_residual);
     if (!found.reduced) {
@@ -216,9 +217,11 @@ std::string regression_table(const study::StudySummary& summary) {
     std::string text =
         fmt::format("Eq. 1 fitted to the tip over {}, b0 {}; b1 per cycle, b2 in Hz; law {}\n\n",
                     window, summary.reduce.is_amplitude_free ? "free" : "fixed", summary.law);
-    text += law("sqrt(Y)", "b2", "574.3 b2 + 91.4 (Eq. 12; Y in Pa)",
+    const bool is_published = summary.is_published;
+    text += law("sqrt(Y)", "b2", is_published ? "574.3 b2 + 91.4 (Eq. 12; Y in Pa)" : "",
                 summary.regression.sqrt_youngs_modulus);
-    text += law("beta", "b1", "-261.4 b1 + 2.5 (Eq. 13)", summary.regression.bond_damping);
+    text += law("beta", "b1", is_published ? "-261.4 b1 + 2.5 (Eq. 13)" : "",
+                summary.regression.bond_damping);
     if (summary.replicates)
         text += replicate_table(*summary.replicates, summary.failed.size());
     return text + failed_points_text(summary);

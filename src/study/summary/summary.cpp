@@ -105,6 +105,25 @@ reduce::TimestepRegression regression_of(const std::vector<TimestepStem>& stems)
     return reduce::regress_timesteps(points);
 }
 
+/// Is it the stem of Table 1 under the published law, with no other factor than Y and β?
+bool is_published(const StudyConfig& config) {
+    const physics::StemParameters<double>& stem = config.base.stem;
+    const physics::StemParameters<double> published;
+    const auto is_near = [](double value, double other) {
+        return std::abs(value - other) <= 1e-3 * std::abs(other);
+    };
+    return physics::law_name(config.base.law) == "schramm2019" &&
+           config.effects.selected().empty() && stem.sphere_count == published.sphere_count &&
+           is_near(stem.sphere_diameter, published.sphere_diameter) &&
+           is_near(stem.bond_length, published.bond_length) &&
+           is_near(stem.bond_outer_diameter, published.bond_outer_diameter) &&
+           stem.bond_inner_diameter == 0.0 && is_near(stem.density, published.density) &&
+           std::ranges::all_of(config.factors, [](const Factor& each) {
+               return each.parameter->key.starts_with("bond_youngs_modulus") ||
+                      each.parameter->key.starts_with("bond_damping");
+           });
+}
+
 } // namespace
 
 std::string first_stem(const Study& study) {
@@ -163,6 +182,7 @@ StudySummary reduce_study(const ArchivedStudy& archived, const std::optional<Red
     summary.read_run(file, archived.study);
     summary.integrator = integrator_text(archived.study.config);
     summary.law = physics::law_name(archived.study.config.base.law);
+    summary.is_published = is_published(archived.study.config);
     for (const std::string& name : work_columns(archived.study.config))
         summary.work.emplace_back(name, sum_of_numbers(file.result(name)));
     summary.reduce = refit.value_or(archived.study.config.reduce);

@@ -94,6 +94,7 @@ struct StudySummary : SummaryOfRun {
     std::int64_t completed = 0;
     std::string integrator;                           ///< method and tolerance or step
     std::string law;                                  ///< of the bonds' damping
+    bool is_published = false; ///< Do Eqs. 12 and 13 belong to this stem and law?
     std::vector<std::pair<std::string, double>> work; ///< of the integrator on all points
     ReduceOptions reduce;                             ///< as used
     std::vector<double> youngs_modulus;               ///< (points), Pa
