@@ -9,7 +9,7 @@
 // HALF is "tuning", whose recordings may lead to changes, or "judging", which is run once for a
 // version. Adds the recordings that FILE does not hold yet, prints a line for each, and then the
 // summary of those that FILE holds. After SECONDS no further recording is begun; the same command
-// continues. The second form writes the recording of one line as a measurement folder for
+// continues. The second form writes the recordings of one line as measurement folders for
 // `culm diagnose`.
 #include "bench/decision_cases.hpp"
 #include "bench/decision_grade.hpp"
@@ -57,12 +57,13 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 
 // --- The truth of a case
 
-/// Rms residual of the exact recording with these effects, over the noise.
-double over_noise_with(const fit::SelectedEffects& effects, const measure::Measurement& exact) {
+/// Rms residual of the exact recordings with these effects, over the noise.
+double over_noise_with(const fit::SelectedEffects& effects,
+                       std::span<const measure::Measurement> exact) {
     std::vector<fit::SelectedEffects> sets;
     if (!effects.empty())
         sets.push_back(effects);
-    return diagnose::fit_nested({&exact, 1}, sets).models.back().rmse / *exact.noise;
+    return diagnose::fit_nested(exact, sets).models.back().rmse / *exact.front().noise;
 }
 
 /// All hidden effects but the one that is not wanted. A law that the library lacks is omitted.
@@ -79,7 +80,7 @@ std::vector<HiddenTruth> truth_of(const bench::DecisionCase& drawn) {
     std::vector<HiddenTruth> truth;
     // The library's laws are not those of the beam; what they leave is no effect's.
     double floor = 0.0;
-    if (drawn.hidden.size() > 1)
+    if (drawn.hidden.size() > 1 || drawn.exact.size() > 1)
         floor = over_noise_with(effects_without("", drawn), drawn.exact);
     for (const beam::HiddenEffect& hidden : drawn.hidden) {
         const double left = over_noise_with(effects_without(hidden.name, drawn), drawn.exact);
@@ -167,7 +168,7 @@ json diagnosed(const bench::DecisionCase& drawn, const std::vector<HiddenTruth>&
     diagnose::DiagnosisOptions options;
     const auto start = std::chrono::steady_clock::now();
     options.candidate.heartbeat = [start] { return seconds_since(start) < longest_s; };
-    const std::span<const measure::Measurement> recordings(&drawn.recording, 1);
+    const std::span<const measure::Measurement> recordings(drawn.recordings);
     options.candidates = fit::in_library_order(fit::candidate_effects(recordings));
     json out;
     bench::Answered answer;
@@ -178,7 +179,7 @@ json diagnosed(const bench::DecisionCase& drawn, const std::vector<HiddenTruth>&
         answer = answered(found);
         out["explanations"] = explanations_of(found.posterior, truth);
         out["reason"] = found.reason;
-        out["baseline_over_noise"] = found.baseline.rmse / *drawn.recording.noise;
+        out["baseline_over_noise"] = found.baseline.rmse / *recordings.front().noise;
         out["final_reduced_chi2"] = found.final_fit.reduced_chi_squared;
         if (answer.verdict != "unknown")
             out["sizes"] = sizes_of(drawn.hidden, found.final_fit);
@@ -332,9 +333,9 @@ void diagnose_all(const std::string& half, const std::string& file, double limit
 
 void write_case(const std::string& half, const std::string& kind, std::uint64_t number,
                 const std::filesystem::path& folder) {
-    measure::write_measurement(
-        folder,
-        bench::decision_case({{"half", half}, {"kind", kind}, {"number", number}}).recording);
+    for (const measure::Measurement& recording :
+         bench::decision_case({{"half", half}, {"kind", kind}, {"number", number}}).recordings)
+        measure::write_measurement(folder / recording.stem.id, recording);
 }
 
 } // namespace
