@@ -5,7 +5,6 @@
 #include "core/error.hpp"
 #include "core/lanes.hpp"
 #include "effect_bench.hpp"
-#include "physics/effects/user_expression.hpp"
 
 #include <cmath>
 #include <numbers>
