@@ -58,7 +58,7 @@ std::vector<T> deflected_state() {
 }
 
 template <int Dim, class T>
-void print_row(std::string_view name, std::size_t lanes, double peer_ns) {
+void print_row(std::string_view name, std::size_t lanes) {
     const physics::Chain<Dim, T> chain(design_stems<T>(), physics::schramm2019_law());
     integrate::VelocityVerlet<Dim, T> verlet(chain, deflected_state<Dim, T>(), timestep);
     const Timings timings = time_repeats(repeats, [&] { verlet.advance(steps_per_repeat); });
@@ -73,31 +73,26 @@ void print_row(std::string_view name, std::size_t lanes, double peer_ns) {
     const double median = 1e9 * timings.median() / bond_steps;
     const double least = 1e9 * timings.least() / bond_steps;
     const auto count = static_cast<double>(lanes);
-    fmt::print("| {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} | {:.1f} |\n", name, lanes, median,
-               least, median / count, least / count, peer_ns * count / median);
+    fmt::print("| {} | {} | {:.2f} | {:.2f} | {:.2f} | {:.2f} |\n", name, lanes, median, least,
+               median / count, least / count);
 }
 
-/// `peer_ns` is the other code's time per bond and step.
-void run(double peer_ns) {
+void run() {
     fmt::print("Explicit step, 56 spheres, ns per bond and step; median and least processor time "
                "of {} repeats of {} steps.\n"
                "build {}, architecture flag '{}', {} SIMD lanes of double\n\n",
                repeats, steps_per_repeat, CULM_BUILD_TYPE, CULM_ARCHITECTURE, core::lane_count);
-    fmt::print("| variant | lanes | all lanes, median | least | per stem, median | least | times "
-               "faster |\n|---|---:|---:|---:|---:|---:|---:|\n");
-    print_row<2, double>("planar, scalar", 1, peer_ns);
-    print_row<2, Lanes>("planar, lanes", core::lane_count, peer_ns);
-    print_row<3, double>("spatial, scalar", 1, peer_ns);
-    print_row<3, Lanes>("spatial, lanes", core::lane_count, peer_ns);
-    fmt::print("\nTimes faster, per stem, than {} ns.\n", peer_ns);
+    fmt::print("| variant | lanes | all lanes, median | least | per stem, median | per stem, least "
+               "|\n|---|---:|---:|---:|---:|---:|\n");
+    print_row<2, double>("planar, scalar", 1);
+    print_row<2, Lanes>("planar, lanes", core::lane_count);
+    print_row<3, double>("spatial, scalar", 1);
+    print_row<3, Lanes>("spatial, lanes", core::lane_count);
 }
 
 } // namespace
 } // namespace culm::bench
 
-int main(int argc, char** argv) {
-    // LIGGGHTS with flexible fibres, the public code of Schramm et al. (2019), -O3 and native, on
-    // one core of another machine. bench/peer_step.sh measures it on this one.
-    const double peer_ns = argc > 1 ? std::atof(argv[1]) : 124.0;
-    return culm::bench::run_program([peer_ns] { culm::bench::run(peer_ns); });
+int main() {
+    return culm::bench::run_program(culm::bench::run);
 }

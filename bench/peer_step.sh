@@ -54,6 +54,11 @@ thermo_style custom step atoms numbonds
 thermo $steps
 run $steps
 END
+# Median per stem of a variant, from the table of bench_explicit_step.
+median_of() { awk -F '|' -v name="$1" '$2 ~ name {print $6 + 0}' "$folder/culm"; }
+
+printf '| round | peer, ns | planar, scalar | planar, lanes | spatial, scalar | spatial, lanes '
+printf '| times faster in space |\n|---:|---:|---:|---:|---:|---:|---:|\n'
 for ((round = 1; round <= rounds; ++round)); do
     (cd "$folder" && "$peer" -in in.chain -log log.chain >/dev/null)
     read -r atoms bonds < <(awk -v step=$((steps + 1)) '$1 == step && NF == 3 {print $2, $3}' \
@@ -64,6 +69,9 @@ for ((round = 1; round <= rounds; ++round)); do
     fi
     peer_ns=$(awk -v steps=$steps '/^Loop time of/ {seconds = $4}
         END {printf "%.1f", 1e9 * seconds / steps / 55}' "$folder/log.chain")
-    echo "round $round: peer $peer_ns ns per bond and step"
-    "$culm" "$peer_ns" | grep -E '^\| '
+    "$culm" >"$folder/culm"
+    awk -v round="$round" -v peer="$peer_ns" -v ps="$(median_of 'planar, scalar')" \
+        -v pl="$(median_of 'planar, lanes')" -v ss="$(median_of 'spatial, scalar')" \
+        -v sl="$(median_of 'spatial, lanes')" 'BEGIN {
+            printf "| %d | %s | %s | %s | %s | %s | %.1f |\n", round, peer, ps, pl, ss, sl, peer / sl }'
 done

@@ -1,0 +1,137 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What bench/publish.sh measures: a file of bench/results for each, the command, and the folders
+whose changes make the file stale."""
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+CHAIN = ("src/core", "src/physics", "src/integrate", "src/run")
+STUDY = (*CHAIN, "src/reduce", "src/farm", "src/archive", "src/study", "config")
+FIT = (*CHAIN, "src/reduce", "src/measure/folder", "src/fit", "src/residuals", "src/calibrate")
+DIAGNOSIS = (*FIT, "src/diagnose", "tests/beam_generator", "bench/misstated_inputs.hpp",
+             "bench/reading_noise.hpp")
+
+def whole(case: dict) -> dict:
+    return case
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One file of bench/results.
+
+    `command` may contain {build}, {bench} (its folder of programs), {launch} (mpirun with two
+    ranks), {scratch} (an empty folder), {root} and {file}. A command with {file} adds cases to that
+    file until it holds all; another prints Markdown tables, whose rows are the cases. A measurement
+    whose variable `needs` is not set is left out; its file then stays as it is.
+    """
+
+    name: str
+    question: str
+    command: str
+    sources: tuple[str, ...]
+    minutes: float  # on two cores, for the plan
+    keep: Callable[[dict], dict] = whole  # what of a case is stored
+    needs: str = ""  # variable of the environment that names a program: ${NAME} in the command
+
+
+def rounded(value, digits: int = 6):
+    """Numbers with `digits` significant digits, in lists and objects too."""
+    if isinstance(value, dict):
+        return {key: rounded(each, digits) for key, each in value.items()}
+    if isinstance(value, list):
+        return [rounded(each, digits) for each in value]
+    return float(f"{value:.{digits}g}") if isinstance(value, float) else value
+
+
+def of_decision(case: dict) -> dict:
+    kept = {key: case[key] for key in ("kind", "number", "grade", "verdict", "hidden", "seconds")}
+    kept["candidates"] = [" + ".join("/".join(each["members"]) for each in answer)
+                          for answer in case["candidates"]]
+    kept["explanations"] = [[each["probability"], each["is_truth"]]
+                            for each in case.get("explanations", [])]
+    kept["sizes"] = case.get("sizes", [])
+    if case["grade"] == "failed":
+        kept["reason"] = case["reason"]
+    return rounded(kept, 4)
+
+
+def of_laboratory(case: dict) -> dict:
+    kept = {key: value for key, value in case.items() if key != "stems"}
+    kept["stems"] = [{key: stem[key] for key in ("name", "named", "own", "true_modulus",
+                                                 "modulus_before", "modulus_after", "finding")}
+                     for stem in case["stems"]]
+    return rounded(kept, 4)
+
+
+def of_coverage(case: dict) -> dict:
+    return rounded({"number": case["number"], "parameters": case["parameters"]}, 5)
+
+
+def of_moving(case: dict) -> dict:
+    return rounded({key: case[key] for key in ("number", "hidden", "same_answer", "same_model",
+                                               "complete", "cut")}, 4)
+
+
+def of_video(case: dict) -> dict:
+    return rounded({key: case[key] for key in ("number", "answer", "damping", "youngs_modulus",
+                                               "reading_error_px", "stated_uncertainty_px")}, 4)
+
+
+MEASUREMENTS = (
+    Measurement("diagnosis", "How often does a diagnosis of one stem name the right effect?",
+                "{bench}/bench_decision judging {file}",
+                (*DIAGNOSIS, "bench/decision.cpp", "bench/decision_cases.cpp",
+                 "bench/decision_grade.cpp"), 32, of_decision),
+    Measurement("rig-effects", "How often is an effect of a rig found?",
+                "{launch} {bench}/bench_laboratories 0 20 {file}",
+                (*DIAGNOSIS, "src/farm", "bench/laboratories.cpp", "bench/laboratory_cases.hpp"),
+                9, of_laboratory),
+    Measurement("intervals", "Do 95 % intervals contain the truth?",
+                "{bench}/bench_uncertainty_coverage 2001 200 {file}",
+                (*DIAGNOSIS, "bench/uncertainty_coverage.cpp"), 5, of_coverage),
+    Measurement("flawed-noise", "Does flawed noise lead to a wrong verdict?",
+                "{bench}/bench_noise_rules {file}", (*DIAGNOSIS, "bench/noise_rules.cpp"), 2,
+                rounded),
+    Measurement("late-starts", "Does a recording that begins late have the same answer?",
+                "{bench}/bench_moving_recordings 301 8 {file}",
+                (*DIAGNOSIS, "bench/moving_recordings.cpp"), 4, of_moving),
+    Measurement("videos", "Are deflections from video accurate?",
+                "{bench}/bench_tracked_videos 201 10 {file}",
+                (*DIAGNOSIS, "src/measure", "bench/tracked_videos.cpp"), 4, of_video),
+    Measurement("explicit-step", "How long does an explicit step take?",
+                "{bench}/bench_explicit_step", (*CHAIN, "bench/explicit_step.cpp"), 1),
+    Measurement("peer-step", "How much faster is it than the authors' code?",
+                "{root}/bench/peer_step.sh $LIGGGHTS {build}",
+                (*CHAIN, "bench/explicit_step.cpp", "bench/peer_step.sh"), 1, needs="LIGGGHTS"),
+    Measurement("stems", "How long does a stem take?", "{bench}/bench_implicit_batches",
+                (*CHAIN, "bench/implicit_batches.cpp"), 2),
+    Measurement("tolerance", "How accurate is a run?", "{bench}/bench_implicit_tolerance",
+                (*CHAIN, "src/reduce", "bench/implicit_tolerance.cpp"), 2),
+    Measurement("methods", "Which implicit method is the cheapest?",
+                "{bench}/bench_implicit_methods",
+                (*CHAIN, "src/reduce", "bench/implicit_methods.cpp"), 2),
+    Measurement("study-methods", "How long does a study take by each method?",
+                "{root}/bench/study_methods.sh {build}", (*STUDY, "bench/study_methods.sh"), 1),
+    Measurement("study-overhead", "What does a study cost beyond its runs?",
+                "{root}/bench/study_overhead.sh {build}", (*STUDY, "bench/study_overhead.sh"), 1),
+    Measurement("farm", "Which share of the time do farm and archive take?",
+                "{root}/bench/farm.sh {build} {scratch}",
+                (*STUDY, "bench/farm.sh", "bench/farm.cpp", "bench/farm_synthetic.cpp"), 5),
+    Measurement("archive", "What does a point in the archive cost?",
+                "{bench}/bench_archive_throughput {scratch}",
+                ("src/core", "src/archive", "bench/archive_throughput.cpp"), 1),
+    Measurement("large-study", "What does a million points cost?",
+                "{bench}/bench_large_study 1000000 {scratch}", (*STUDY, "bench/large_study.cpp"), 1),
+    Measurement("many-ranks", "How efficient are many ranks?",
+                "{bench}/bench_farm_prediction {root}/config/schramm2019.toml",
+                ("src/farm", "src/study/execute", "bench/farm_prediction.cpp",
+                 "bench/simulated_farm.cpp"), 1),
+    Measurement("fits", "How long do a calibration and a diagnosis take?",
+                "{root}/bench/recording_times.sh {build}",
+                (*FIT, "src/diagnose", "bench/recording_times.sh"), 2),
+    Measurement("kills", "What is lost when processes are killed?",
+                "{root}/bench/kill_counts.sh {build}",
+                ("src/core", "src/farm", "src/archive", "src/study", "tests/faults",
+                 "bench/kill_counts.sh"), 5),
+)

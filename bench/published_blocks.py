@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The blocks of numbers in README.md and docs, each a function of the files of bench/results that
+returns Markdown."""
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+from typing import NamedTuple
+
+Read = Callable[[str], dict | None]
+BLOCKS: dict[str, Callable[[Read], str]] = {}
+
+
+def block(name: str):
+    def register(function):
+        BLOCKS[name] = function
+        return function
+    return register
+
+
+def origin(result: dict) -> str:
+    """Command, commit, date and machine of a file."""
+    machine = result["machine"]
+    return (f"`{result['command']}`, commit {result['commit']}, {result['date']}: "
+            f"{machine['processor']}, {machine['vectors']}, {machine['cores']} cores, load average "
+            f"{machine['load'][0]} at the end.")
+
+
+def table(header: Iterable[str], rows: Iterable[Iterable]) -> str:
+    header = list(header)
+    lines = ["| " + " | ".join(header) + " |",
+             "|" + "|".join("---" if k == 0 else "---:" for k in range(len(header))) + "|"]
+    lines += ["| " + " | ".join(map(str, row)) + " |" for row in rows]
+    return "\n".join(lines)
+
+
+def rows_of(result: dict, title: str = "") -> list[dict]:
+    """The rows of the tables whose title begins so."""
+    return [case for case in result["cases"]
+            if "table" in case and case["table"].startswith(title)]
+
+
+def texts_of(result: dict) -> list[str]:
+    return [case["text"] for case in result["cases"] if "text" in case]
+
+
+def selected(result: dict, columns: dict[str, str], title: str = "",
+             where: Callable[[dict], bool] = lambda row: True) -> str:
+    """A table of some columns: {name in the file: name on the page}."""
+    found = [row for row in rows_of(result, title) if where(row)]
+    return table(columns.values(), ([row.get(key, "") for key in columns] for row in found))
+
+
+def tables(name: str, file: str, columns: dict[str, str], title: str = "",
+           where: Callable[[dict], bool] = lambda row: True):
+    """Registers a block that is a selection of one file, with its origin."""
+    @block(name)
+    def made(read: Read) -> str:
+        result = read(file)
+        if result is None:
+            return "*Not measured yet.*"
+        return f"{selected(result, columns, title, where)}\n\n{origin(result)}"
+    return made
+
+
+tables("peer-step", "peer-step", {
+    "round": "round", "peer, ns": "authors' code, ns", "planar, scalar": "planar, one stem",
+    "planar, lanes": "planar, a lane", "spatial, scalar": "spatial, one stem",
+    "spatial, lanes": "spatial, a lane", "times faster in space": "times faster in space"})
+tables("explicit-step", "explicit-step", {
+    "variant": "variant", "lanes": "lanes", "all lanes, median": "all lanes, ns",
+    "per stem, median": "per stem, ns", "per stem, least": "least"})
+STEM = {"Y/GPa": "Y, GPa", "β": "β", "steps/cycle": "steps a cycle",
+        "one stem, ms/cycle": "one stem, ms a cycle",
+        "batch of like stems, ms/cycle and stem": "in a batch, ms a cycle and stem",
+        "ratio": "ratio"}
+
+
+@block("stems")
+def stems(read: Read) -> str:
+    result = read("stems")
+    if result is None:
+        return "*Not measured yet.*"
+    single = [row for row in rows_of(result) if "ratio" in row and row["ratio"] != ""]
+    half = len(single) // 2
+    head = next(text for text in texts_of(result) if "in the plane" in text)
+    return (f"In the plane:\n\n{table(STEM.values(), ([r[k] for k in STEM] for r in single[:half]))}"
+            f"\n\nIn space:\n\n"
+            f"{table(STEM.values(), ([r[k] for k in STEM] for r in single[half:]))}"
+            f"\n\n{head}\n\n{origin(result)}")
+
+
+@block("derivatives")
+def derivatives(read: Read) -> str:
+    result = read("stems")
+    if result is None:
+        return "*Not measured yet.*"
+    rows = [row for row in rows_of(result) if "one run" in row]
+    costs = [row["a derivative, in runs"] for row in rows]
+    errors = [max(row[key] for key in ("d/dY", "d/dβ", "d/dδ")) for row in rows]
+    return (f"A derivative costs {min(costs):.2f} to {max(costs):.2f} of a run, for Y 0.4 to 10 GPa "
+            f"and β 1 to 200; its largest error is {min(errors):.0e} to {max(errors):.0e} of its "
+            "largest value at the default tolerance.")
+
+
+def number_in(result: dict, beginning: str, pattern: str) -> float:
+    """The number that a line of text of the file contains."""
+    line = next(text for text in texts_of(result) if text.startswith(beginning))
+    return float(re.search(pattern, line)[1])
+
+
+class Target(NamedTuple):
+    what: str
+    wanted: str
+    reached: str
+    is_met: bool
+
+
+def at_most(what: str, limit: float, value: float, unit: str, digits: int = 2) -> Target:
+    return Target(what, f"≤ {limit:g} {unit}", f"{value:.{digits}f} {unit}", value <= limit)
+
+
+def at_least(what: str, limit: float, value: float, unit: str, digits: int = 0) -> Target:
+    return Target(what, f"≥ {limit:,.0f} {unit}".replace(",", " "),
+                  f"{value:,.{digits}f} {unit}".replace(",", " "), value >= limit)
+
+
+def targets_of_runs(read: Read) -> list[Target]:
+    explicit = {row["variant"]: row["per stem, median"] for row in rows_of(read("explicit-step"))}
+    single = [row for row in rows_of(read("stems")) if row.get("ratio", "") != ""]
+    planar = single[:len(single) // 2]
+    batch = "batch of like stems, ms/cycle and stem"
+    return [at_most("explicit step, planar, in lanes", 1.8, explicit["planar, lanes"], "ns"),
+            at_most("explicit step, spatial, in lanes", 5.0, explicit["spatial, lanes"], "ns"),
+            at_most("implicit, a planar stem, a cycle, the worst of nine", 3.0,
+                    max(row["one stem, ms/cycle"] for row in planar), "ms"),
+            at_most("the same in a batch, without the static start", 0.8,
+                    max(row[batch] for row in planar), "ms"),
+            at_most("a derivative", 0.9, max(row["a derivative, in runs"]
+                                             for row in rows_of(read("stems"))
+                                             if "one run" in row), "runs")]
+
+
+def targets_of_studies(read: Read) -> list[Target]:
+    methods = {row["method"]: row["wall, s"] for row in rows_of(read("study-methods"))}
+    large = {row["what"]: row for row in rows_of(read("large-study"))}
+    plan = sum(large[name]["processor, s"] for name in ("design, checked at every point",
+                                                        "batches, by expected cost"))
+    resume = next(row["processor, s"] for name, row in large.items()
+                  if name.startswith("resume: what the journals hold"))
+    memory = max(row["largest resident set so far, MB"] for row in large.values())
+    return [at_most("published study on two cores, all included, wall", 2.5,
+                    methods["implicit"], "s"),
+            at_most("the same with SUNDIALS", 2.5, methods["arkode"], "s"),
+            at_most("a million points: plan", 5.0, plan, "s"),
+            at_most("a million points: what a resume adds", 5.0, resume, "s"),
+            at_most("a million points: memory, with all statistics", 200.0, memory, "MB", 0)]
+
+
+def targets_of_farm(read: Read) -> list[Target]:
+    farm = read("farm")
+    shares = {row["stored"]: row["share"] for row in rows_of(farm, "Share of the archive")}
+    ranks = [row["with opening"] for row in rows_of(read("many-ranks"))
+             if row["ranks"] == 16384 and row["bound, s"] > 50]
+    efficiency = {row["work"]: row for row in rows_of(farm, "Efficiency")}
+    two = [Target(f"two ranks, {name}", "≥ 97 %", row["efficiency"], row["97 %"] == "met")
+           for name, row in efficiency.items()]
+    return [*two,
+            at_least("trivial points through the scheduler", 2e5,
+                     number_in(farm, "through the scheduler:", r": (\d+)"), "points/s"),
+            at_least("trivial points to the archive", 2e4,
+                     number_in(farm, "to the archive", r"s, (\d+) points/s"), "points/s"),
+            at_most("writing, of the wall time, with heights", 5.0, shares["heights"], "%"),
+            at_most("writing, with full trajectories", 15.0, shares["full"], "%"),
+            at_least("16 384 ranks with 60 s of work each, predicted: the worst of three", 95,
+                     min(ranks), "%", 1)]
+
+
+@block("targets")
+def targets(read: Read) -> str:
+    needed = ("explicit-step", "stems", "study-methods", "large-study", "farm", "many-ranks")
+    if any(read(name) is None for name in needed):
+        return "*Not measured yet.*"
+    found = targets_of_runs(read) + targets_of_studies(read) + targets_of_farm(read)
+    return table(("target", "wanted", "reached", ""),
+                 ((*each[:3], "met" if each.is_met else "**missed**") for each in found))
+
+
+tables("tolerance", "tolerance", {
+    "tolerance": "tolerance", "first mode, b1": "first mode: b1", "released, b1": "released: b1",
+    "tip": "tip", "ms per cycle": "ms a cycle"})
+tables("methods", "methods", {"method": "method", "tol": "tolerance", "mean": "mean, ms a cycle",
+                              "Y 0.4, β 1": "Y 0.4 GPa, β 1", "Y 1, β 25": "Y 1, β 25",
+                              "Y 10, β 200": "Y 10, β 200"},
+       where=lambda row: "mean" in row)
+tables("study-methods", "study-methods", {
+    "method": "method", "wall, s": "wall, s", "in the map, ms a point": "in the map, ms a point",
+    "steps a point": "steps a point", "µs a step": "µs a step"})
+tables("study-overhead", "study-overhead", {
+    "variant": "variant", "wall": "wall, s", "processor": "processor, s",
+    "processor / bare": "processor time over bare", "compute share": "share of the runs, %"})
+tables("shares", "farm", {
+    "stored": "stored", "wall, s": "wall, s",
+    "journals and trajectories, s": "journals and trajectories, s", "study file, s": "study file, s",
+    "share": "share, %"}, "Share of the archive")
+tables("efficiency", "farm", {
+    "work": "work", "independent ranks, s": "independent ranks, s", "efficiency": "efficiency",
+    "97 %": "97 %", "busy": "busy, %", "outside the map": "outside the map, %"}, "Efficiency")
+
+
+@block("trivial-points")
+def trivial_points(read: Read) -> str:
+    result = read("farm")
+    if result is None:
+        return "*Not measured yet.*"
+    return "\n".join(f"* {text}" for text in texts_of(result)
+                     if text.startswith(("through the scheduler", "to the archive")))
+
+
+tables("archive", "archive", {
+    "stored": "stored", "kB a point": "kB a point", "journal": "journal, µs", "scan": "scan, µs",
+    "read again": "read again, µs", "HDF5": "HDF5, µs", "points/s": "points/s", "MB/s": "MB/s"})
+tables("large-study", "large-study", {
+    "what": "what", "processor, s": "processor, s", "wall, s": "wall, s",
+    "largest resident set so far, MB": "largest resident set so far, MB"})
+tables("many-ranks", "many-ranks", {
+    "ms a batch": "ms a batch", "ranks": "ranks", "batches a rank": "batches a rank",
+    "makespan, s": "time, s", "bound, s": "bound, s", "with opening": "efficiency, %",
+    "largest delay, ms": "largest delay, ms"})
+tables("fits", "fits", {"recording": "recording", "stems": "stems", "calibrate, s": "calibrate, s",
+                        "diagnose, s": "diagnose, s"})
