@@ -6,7 +6,7 @@
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 if [[ $# -ne 1 ]]; then
-    sed -n '4s/^# *//p' "${BASH_SOURCE[0]}" >&2
+    sed -n '5s/^# *//p' "${BASH_SOURCE[0]}" >&2
     exit 2
 fi
 export CULM_PROGRAM=$1/src/cli/culm CULM_MPIEXEC=${CULM_MPIEXEC:-mpirun}
