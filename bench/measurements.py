@@ -7,7 +7,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 CHAIN = ("src/core", "src/physics", "src/integrate", "src/run")
-STUDY = (*CHAIN, "src/reduce", "src/farm", "src/archive", "src/study", "config")
+STUDY = (*CHAIN, "src/reduce", "src/farm", "src/archive", "src/study", "config/schramm2019.toml",
+         "config/schramm2019-sundials.toml")
 FIT = (*CHAIN, "src/reduce", "src/measure/folder", "src/fit", "src/residuals", "src/calibrate")
 DIAGNOSIS = (*FIT, "src/diagnose", "tests/beam_generator", "bench/misstated_inputs.hpp",
              "bench/reading_noise.hpp")
@@ -118,9 +119,6 @@ MEASUREMENTS = (
     Measurement("farm", "Which share of the time do farm and archive take?",
                 "{root}/bench/farm.sh {build} {scratch}",
                 (*STUDY, "bench/farm.sh", "bench/farm.cpp", "bench/farm_synthetic.cpp"), 5),
-    Measurement("archive", "What does a point in the archive cost?",
-                "{bench}/bench_archive_throughput {scratch}",
-                ("src/core", "src/archive", "bench/archive_throughput.cpp"), 1),
     Measurement("large-study", "What does a million points cost?",
                 "{bench}/bench_large_study 1000000 {scratch}", (*STUDY, "bench/large_study.cpp"), 1),
     Measurement("many-ranks", "How efficient are many ranks?",

@@ -14,7 +14,7 @@ from pathlib import Path
 
 BENCH = Path(sys.argv.pop(1)) if len(sys.argv) > 1 else Path(__file__).parents[2] / "bench"
 PAGE = "Some text\n<!-- published: {} -->\nold\n<!-- end -->\n"
-TABLE = ("A title:\n\n| stored | wall, s | share |\n|---|---:|---:|\n"
+TABLE = ("A title:\n\n| what | wall, s | share |\n|---|---:|---:|\n"
          "| tip | 1.50 | 12.0 % |\n| full | 1 234 | 1e-07 |\n")
 
 
@@ -48,26 +48,26 @@ class Published(unittest.TestCase):
         self.git("commit", "-q", "-m", "change", "--allow-empty")
 
     def write_numbers(self):
-        measurement = next(each for each in self.measure.MEASUREMENTS if each.name == "archive")
+        measurement = next(each for each in self.measure.MEASUREMENTS if each.name == "large-study")
         self.measure.write_result(measurement, self.measure.table_rows(TABLE))
 
     def test_rows_of_a_table_are_numbers_with_their_title(self):
         rows = [row for row in self.measure.table_rows(TABLE) if "table" in row]
-        self.assertEqual(rows, [{"table": "A title", "stored": "tip", "wall, s": 1.5, "share": 12.0},
-                                {"table": "A title", "stored": "full", "wall, s": 1234,
+        self.assertEqual(rows, [{"table": "A title", "what": "tip", "wall, s": 1.5, "share": 12.0},
+                                {"table": "A title", "what": "full", "wall, s": 1234,
                                  "share": 1e-07}])
 
     def test_a_page_gets_its_numbers_and_keeps_its_text(self):
         self.write_numbers()
         page = self.root / "docs/performance.md"
-        made = self.publish.with_numbers(PAGE.format("archive"), page)
-        self.assertTrue(made.startswith("Some text\n<!-- published: archive -->\n| stored |"))
+        made = self.publish.with_numbers(PAGE.format("large-study"), page)
+        self.assertTrue(made.startswith("Some text\n<!-- published: large-study -->\n| what |"))
         self.assertIn("| tip |", made)
         self.assertEqual(self.publish.with_numbers(made, page), made)
 
     def test_a_page_that_differs_is_found(self):
         self.write_numbers()
-        (self.root / "docs/performance.md").write_text(PAGE.format("archive"))
+        (self.root / "docs/performance.md").write_text(PAGE.format("large-study"))
         self.assertIn("performance.md differs from bench/results: run bench/publish.py",
                       self.publish.faults_of_pages())
 
@@ -75,7 +75,7 @@ class Published(unittest.TestCase):
         (self.root / "docs/performance.md").write_text(PAGE.format("unheard-of"))
         faults = "\n".join(self.publish.faults_of_pages())
         self.assertIn("performance.md: no block unheard-of", faults)
-        self.assertIn("no page contains the block archive", faults)
+        self.assertIn("no page contains the block large-study", faults)
 
     def test_a_commit_outside_of_a_block_is_found(self):
         (self.root / "docs/other.md").write_text("Measured with\ncommit 12ab34f.\n")
@@ -87,9 +87,9 @@ class Published(unittest.TestCase):
         self.commit()
         self.assertEqual(self.publish.faults_of_age(), [])
         (self.root / "src/core/one.cpp").write_text("two\n")
-        self.assertIn("archive.json is of", "".join(self.publish.faults_of_age()))
+        self.assertIn("large-study.json is of", "".join(self.publish.faults_of_age()))
         self.commit()
-        self.assertIn("archive.json is of", "".join(self.publish.faults_of_age()))
+        self.assertIn("large-study.json is of", "".join(self.publish.faults_of_age()))
 
     def test_a_page_long_beyond_its_limit_is_found(self):
         (self.root / "docs/performance.md").write_text("line\n" * 201)
@@ -100,7 +100,7 @@ class Published(unittest.TestCase):
         (self.root / "bench/results/spare.json").write_text("{}\n")
         faults = self.publish.faults_of_files()
         self.assertIn("spare.json: no page quotes it", faults)
-        self.assertIn("archive.json is missing: run bench/publish.sh BUILD", faults)
+        self.assertIn("large-study.json is missing: run bench/publish.sh BUILD", faults)
 
 
 if __name__ == "__main__":
