@@ -10,8 +10,15 @@ if [[ $# -ne 1 ]]; then
     exit 2
 fi
 export CULM_PROGRAM=$1/src/cli/culm CULM_MPIEXEC=${CULM_MPIEXEC:-mpirun}
-/usr/bin/python3 "$root/tests/faults/kill_study.py" --kills 100 --seed 7 | tail -n 2
-/usr/bin/python3 "$root/tests/faults/kill_study.py" --kills 30 --seed 11 --method sundials | tail -n 2
-/usr/bin/python3 "$root/tests/faults/kill_laboratory.py" \
-    "$root/tests/data/hidden-effect/T2-quadratic_drag" --kills 30 --seed 7 | tail -n 2
-/usr/bin/python3 "$root/tests/faults/soak.py" --minutes 1.5 --seed 1 | tail -n 3
+# counted LABEL PROGRAM...: the label and the last line that the program prints.
+counted() {
+    local label=$1 printed
+    shift
+    printed=$(/usr/bin/python3 "$root/tests/faults/$1" "${@:2}")
+    printf '%s: %s\n' "$label" "$(tail -n 1 <<<"$printed")"
+}
+counted 'Studies' kill_study.py --kills 100 --seed 7
+counted 'Studies with SUNDIALS' kill_study.py --kills 30 --seed 11 --method sundials
+counted 'Laboratories' kill_laboratory.py \
+    "$root/tests/data/hidden-effect/T2-quadratic_drag" --kills 30 --seed 7
+counted 'Random disturbances' soak.py --minutes 1.5 --seed 1

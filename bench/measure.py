@@ -116,8 +116,9 @@ class Run:
         else:
             self.partial.write_text(json.dumps(found | {"commit": commit}))
 
-    def cases(self, seconds: float) -> list[dict] | None:
-        """All cases, or None if the time did not suffice."""
+    def outcome(self, seconds: float) -> dict | None:
+        """All cases, with the summary that the program prints of them; None if the time did not
+        suffice."""
         collects = "{file}" in self.measurement.command
         if collects:
             self.drop_stale_cases(program_commit(self.build))
@@ -133,9 +134,17 @@ class Run:
         if process.returncode != 0:
             raise SystemExit(f"{shlex.join(self.words('SCRATCH'))}: exit code "
                              f"{process.returncode}\n{printed}")
-        if collects:
-            return json.loads(self.partial.read_text("utf-8"))["cases"]
-        return table_rows(printed)
+        if not collects:
+            return {"cases": table_rows(printed)}
+        return {"summary": summary_of(printed, self.measurement.summary),
+                "cases": json.loads(self.partial.read_text("utf-8"))["cases"]}
+
+
+def summary_of(printed: str, beginning: str) -> list[str]:
+    """The lines from the last one with this beginning on."""
+    lines = [line for line in printed.splitlines() if line.strip()]
+    first = [k for k, line in enumerate(lines) if line.startswith(beginning)]
+    return lines[first[-1]:] if beginning and first else []
 
 
 def program_commit(build: Path) -> str:
@@ -145,12 +154,14 @@ def program_commit(build: Path) -> str:
     return found[1] if found else ""
 
 
-def write_result(measurement: Measurement, cases: list[dict]):
+def write_result(measurement: Measurement, outcome: dict):
     head = {"table": measurement.name, "question": measurement.question,
             "command": re.sub(r"\{(\w+)\}", lambda word: word[1].upper(), measurement.command),
             "commit": git("rev-parse", "--short=8", "HEAD"),
             "date": datetime.date.today().isoformat(), "machine": machine()}
-    kept = [measurement.keep(case) for case in cases]
+    if outcome.get("summary"):
+        head["summary"] = outcome["summary"]
+    kept = [measurement.keep(case) for case in outcome["cases"]]
     kept.sort(key=lambda case: (str(case.get("kind", "")), case.get("number", 0)))
     lines = ",\n".join("  " + json.dumps(case, ensure_ascii=False) for case in kept)
     text = json.dumps(head, ensure_ascii=False, indent=1)[:-2] + f',\n "cases": [\n{lines}\n ]\n}}\n'
@@ -182,11 +193,11 @@ def main() -> int:
         if changed_since("HEAD", each.sources):
             raise SystemExit(f"{each.name}: commit the changes of {' '.join(each.sources)} first")
         print(f"{each.name}: {each.question}", flush=True)
-        cases = Run(each, options.build.resolve()).cases(end - time.monotonic())
-        if cases is None:
+        outcome = Run(each, options.build.resolve()).outcome(end - time.monotonic())
+        if outcome is None:
             print(f"{each.name}: not complete; the same command continues")
             return 75
-        write_result(each, cases)
+        write_result(each, outcome)
     return 0
 
 

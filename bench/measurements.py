@@ -33,6 +33,7 @@ class Measurement:
     sources: tuple[str, ...]
     minutes: float  # on two cores, for the plan
     keep: Callable[[dict], dict] = whole  # what of a case is stored
+    summary: str = ""  # beginning of the first line of the summary that follows the cases
     needs: str = ""  # variable of the environment that names a program: ${NAME} in the command
 
 
@@ -58,11 +59,11 @@ def of_decision(case: dict) -> dict:
 
 
 def of_laboratory(case: dict) -> dict:
-    kept = {key: value for key, value in case.items() if key != "stems"}
-    kept["stems"] = [{key: stem[key] for key in ("name", "named", "own", "true_modulus",
-                                                 "modulus_before", "modulus_after", "finding")}
-                     for stem in case["stems"]]
-    return rounded(kept, 4)
+    kept = {key: case.get(key, []) for key in ("number", "kind", "conclusion", "hidden_in_rig",
+                                               "rig_answers", "own_answers", "named", "seconds")}
+    kept["stems"] = [{key: stem[key] for key in ("name", "named", "own")}
+                     for stem in case["stems"] if stem["named"] or stem["own"]]
+    return rounded(kept | {"stem_count": len(case["stems"])}, 4)
 
 
 def of_coverage(case: dict) -> dict:
@@ -87,16 +88,16 @@ MEASUREMENTS = (
     Measurement("rig-effects", "How often is an effect of a rig found?",
                 "{launch} {bench}/bench_laboratories 0 20 {file}",
                 (*DIAGNOSIS, "src/farm", "bench/laboratories.cpp", "bench/laboratory_cases.hpp"),
-                9, of_laboratory),
+                9, of_laboratory, "effects of rigs:"),
     Measurement("intervals", "Do 95 % intervals contain the truth?",
                 "{bench}/bench_uncertainty_coverage 2001 200 {file}",
                 (*DIAGNOSIS, "bench/uncertainty_coverage.cpp"), 5, of_coverage),
     Measurement("flawed-noise", "Does flawed noise lead to a wrong verdict?",
                 "{bench}/bench_noise_rules {file}", (*DIAGNOSIS, "bench/noise_rules.cpp"), 2,
-                rounded),
+                rounded, "adequate:"),
     Measurement("late-starts", "Does a recording that begins late have the same answer?",
                 "{bench}/bench_moving_recordings 301 8 {file}",
-                (*DIAGNOSIS, "bench/moving_recordings.cpp"), 4, of_moving),
+                (*DIAGNOSIS, "bench/moving_recordings.cpp"), 4, of_moving, "The same answer:"),
     Measurement("videos", "Are deflections from video accurate?",
                 "{bench}/bench_tracked_videos 201 10 {file}",
                 (*DIAGNOSIS, "src/measure", "bench/tracked_videos.cpp"), 4, of_video),
@@ -132,4 +133,7 @@ MEASUREMENTS = (
                 "{root}/bench/kill_counts.sh {build}",
                 ("src/core", "src/farm", "src/archive", "src/study", "tests/faults",
                  "bench/kill_counts.sh"), 5),
+    Measurement("trajectory-kills", "Which design of trajectory files survives a kill?",
+                "{bench}/bench_trajectory_designs {scratch} 60",
+                ("src/core", "src/archive", "bench/trajectory_designs.cpp"), 3),
 )

@@ -1,37 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The blocks of numbers in README.md and docs, each a function of the files of bench/results that
-returns Markdown."""
+"""The blocks of numbers on time, memory and lost data."""
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import NamedTuple
 
-Read = Callable[[str], dict | None]
-BLOCKS: dict[str, Callable[[Read], str]] = {}
-
-
-def block(name: str):
-    def register(function):
-        BLOCKS[name] = function
-        return function
-    return register
-
-
-def origin(result: dict) -> str:
-    """Command, commit, date and machine of a file."""
-    machine = result["machine"]
-    return (f"`{result['command']}`, commit {result['commit']}, {result['date']}: "
-            f"{machine['processor']}, {machine['vectors']}, {machine['cores']} cores, load average "
-            f"{machine['load'][0]} at the end.")
-
-
-def table(header: Iterable[str], rows: Iterable[Iterable]) -> str:
-    header = list(header)
-    lines = ["| " + " | ".join(header) + " |",
-             "|" + "|".join("---" if k == 0 else "---:" for k in range(len(header))) + "|"]
-    lines += ["| " + " | ".join(map(str, row)) + " |" for row in rows]
-    return "\n".join(lines)
+from block import Read, block, origin, table
 
 
 def rows_of(result: dict, title: str = "") -> list[dict]:
@@ -235,3 +210,16 @@ tables("many-ranks", "many-ranks", {
        or row["ranks"] == 16384 and row["batches a rank"] > 1)
 tables("fits", "fits", {"recording": "recording", "stems": "stems", "calibrate, s": "calibrate, s",
                         "diagnose, s": "diagnose, s"})
+
+
+@block("kills")
+def kills(read: Read) -> str:
+    result = read("kills")
+    if result is None:
+        return "*Not measured yet.*"
+    return "\n".join(f"* {text}" for text in texts_of(result)) + f"\n\n{origin(result)}"
+
+
+tables("trajectory-kills", "trajectory-kills", {
+    "design": "design", "kills": "kills", "committed": "committed", "lost": "lost",
+    "unreadable files": "unreadable files", "trajectories/s": "trajectories/s"})

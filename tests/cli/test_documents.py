@@ -39,11 +39,6 @@ LEFT_OUT = {
     "cluster.md": {"sbatch study.sbatch": INSIDE_SLURM,
                    "sbatch --array=1-4 jobs/slurm/parts.sbatch": INSIDE_SLURM},
     "laboratory.md": {"mpirun -n 2 culm diagnose LAB -o ALL": MINUTES},
-    "diagnosis-rates.md": {"bench_decision tuning decision.json": MINUTES},
-    "uncertainty.md": {
-        "bench_uncertainty_coverage 2001 500 coverage.json":
-            MINUTES,
-    },
     "real-data.md": {
         "culm fit STRIP --backbone --modes 2": OUTSIDE_DATA,
         "culm calibrate STRIP --with still_air,plate_air": OUTSIDE_DATA,

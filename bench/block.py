@@ -1,0 +1,38 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A block of numbers on a page: a function of the files of bench/results that returns Markdown."""
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable
+
+Read = Callable[[str], dict | None]
+BLOCKS: dict[str, Callable[[Read], str]] = {}
+
+
+def block(name: str):
+    def register(function):
+        BLOCKS[name] = function
+        return function
+    return register
+
+
+def origin(result: dict) -> str:
+    """Command, commit, date and machine of a file."""
+    if "machine" not in result:
+        return (f"Of an earlier version: `{result['command']}`, commit {result['commit']}. Not yet "
+                "measured on this one.")
+    machine = result["machine"]
+    return (f"`{result['command']}`, commit {result['commit']}, {result['date']}: "
+            f"{machine['processor']}, {machine['vectors']}, {machine['cores']} cores, load average "
+            f"{machine['load'][0]} at the end.")
+
+
+def table(header: Iterable[str], rows: Iterable[Iterable]) -> str:
+    """Columns that begin with a digit are aligned to the right."""
+    header, rows = list(header), [list(map(str, row)) for row in rows]
+    right = [k > 0 and all(re.match(r"[\d−+-]?\d*|$", row[k])[0] or not row[k] for row in rows)
+             for k in range(len(header))]
+    lines = ["| " + " | ".join(header) + " |",
+             "|" + "|".join("---:" if each else "---" for each in right) + "|"]
+    lines += ["| " + " | ".join(row) + " |" for row in rows]
+    return "\n".join(lines)
