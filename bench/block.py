@@ -19,8 +19,8 @@ def block(name: str):
 def origin(result: dict) -> str:
     """Command, commit, date and machine of a file."""
     if "machine" not in result:
-        return (f"Of an earlier version: `{result['command']}`, commit {result['commit']}. Not yet "
-                "measured on this one.")
+        return (f"`{result['command']}` printed this with commit {result['commit']}, an earlier "
+                "version. It is not yet measured with this one.")
     machine = result["machine"]
     return (f"`{result['command']}`, commit {result['commit']}, {result['date']}: "
             f"{machine['processor']}, {machine['vectors']}, {machine['cores']} cores, load average "

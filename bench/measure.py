@@ -33,8 +33,9 @@ def git(*words: str) -> str:
 
 
 def changed_since(commit: str, sources: tuple[str, ...]) -> bool:
-    """Whether a commit, or the working tree, changed the sources after `commit`."""
-    return subprocess.run(["git", "-C", ROOT, "diff", "--quiet", commit, "--", *sources],
+    """Whether a commit, or the working tree, changed the sources after `commit`; blanks do not
+    count."""
+    return subprocess.run(["git", "-C", ROOT, "diff", "-w", "--quiet", commit, "--", *sources],
                           capture_output=True, check=False).returncode != 0
 
 

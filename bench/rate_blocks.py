@@ -155,7 +155,7 @@ def limit_sentences(read: Read, cases: list[dict]) -> list[str]:
                   if line.startswith("wrong among the stems")), "")
     return ([f"* **Noise correlated by 0.9** from frame to frame: {answers} of {len(noisy)}."]
             if noisy else []) + [
-        f"* **Effects of stems in laboratories**: {have} stems have an effect of their own, "
+        f"* **Effects of stems in laboratories**: {have} stems have an own effect, "
         f"{given} got one; wrong among these: {wrong} "
         "([laboratories](docs/diagnosis-rates.md#laboratories))."]
 

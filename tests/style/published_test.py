@@ -90,6 +90,8 @@ class Published(unittest.TestCase):
         self.write_numbers()
         self.commit()
         self.assertEqual(self.publish.faults_of_age(), [])
+        (self.root / "src/core/one.cpp").write_text(" one\n")
+        self.assertEqual(self.publish.faults_of_age(), [], "only blanks changed")
         (self.root / "src/core/one.cpp").write_text("two\n")
         self.assertIn("large-study.json is of", "".join(self.publish.faults_of_age()))
         self.commit()

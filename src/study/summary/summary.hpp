@@ -92,8 +92,8 @@ summarise_replicates(const Study& study, std::span<const double> decay_per_cycle
 
 struct StudySummary : SummaryOfRun {
     std::int64_t completed = 0;
-    std::string integrator;                           ///< method and tolerance or step
-    std::string law;                                  ///< of the bonds' damping
+    std::string integrator;    ///< method and tolerance or step
+    std::string law;           ///< of the bonds' damping
     bool is_published = false; ///< Do Eqs. 12 and 13 belong to this stem and law?
     std::vector<std::pair<std::string, double>> work; ///< of the integrator on all points
     ReduceOptions reduce;                             ///< as used
