@@ -24,7 +24,7 @@ from measurements import MEASUREMENTS, Measurement
 
 ROOT = Path(__file__).resolve().parents[1]
 RESULTS = ROOT / "bench" / "results"
-MANY = 10**9
+MANY = 10**6  # s
 
 
 def git(*words: str) -> str:
@@ -82,7 +82,8 @@ def table_rows(text: str) -> list[dict]:
                 title = line.strip().lstrip("#* ").rstrip(":*")
                 rows.append({"text": title})
         elif header is None:
-            header = cells
+            header = [f"{cell} ({k})" if cell in cells[:k] else cell
+                      for k, cell in enumerate(cells)]  # the names may repeat
         elif not set(line) <= set("|-: "):
             rows.append({"table": title} |
                         {key: number_of(cell) for key, cell in zip(header, cells)})

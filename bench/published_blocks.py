@@ -223,3 +223,37 @@ def kills(read: Read) -> str:
 tables("trajectory-kills", "trajectory-kills", {
     "design": "design", "kills": "kills", "committed": "committed", "lost": "lost",
     "unreadable files": "unreadable files", "trajectories/s": "trajectories/s"})
+
+
+@block("step-limits")
+def step_limits(read: Read) -> str:
+    result = read("time-steps")
+    if result is None:
+        return "*Not measured yet.*"
+    names = list(rows_of(result, "Limits")[0])[1:]
+    return f"{selected(result, {name: name for name in names}, 'Limits')}\n\n{origin(result)}"
+
+
+@block("step-laws")
+def step_laws(read: Read) -> str:
+    result = read("time-steps")
+    if result is None:
+        return "*Not measured yet.*"
+    names = list(rows_of(result, "Laws")[0])[1:]
+    return selected(result, {name: name for name in names}, "Laws")
+
+
+@block("step-errors")
+def step_errors(read: Read) -> str:
+    result = read("time-steps")
+    if result is None:
+        return "*Not measured yet.*"
+    names = list(rows_of(result, "Errors")[0])[1:]
+    return (selected(result, {name: name for name in names}, "Errors")
+            + f"\n\n{texts_of(result)[-1]}")
+
+
+tables("windows", "windows", {
+    "law": "law", "window s": "window, s", "b0": "b0", "√Y: slope": "√Y: slope",
+    "intercept": "intercept", "adj. R²": "adj. R²", "β: slope": "β: slope",
+    "intercept (7)": "intercept", "adj. R² (8)": "adj. R²"})
