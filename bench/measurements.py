@@ -130,7 +130,7 @@ MEASUREMENTS = (
                 "{root}/bench/recording_times.sh {build}",
                 (*FIT, "src/diagnose", "bench/recording_times.sh"), 2),
     Measurement("time-steps", "How large may an explicit step be, and what does it change?",
-                "{root}/bench/time_steps.py {build} {scratch}",
+                "/usr/bin/python3 {root}/bench/time_steps.py {build} {scratch}",
                 (*STUDY, "config/timestep.toml", "config/timestep-consistent.toml",
                  "bench/time_steps.py"), 3),
     Measurement("windows", "What do window, law and b0 change in the regressions?",

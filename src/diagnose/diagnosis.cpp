@@ -3,7 +3,7 @@
 
 #include "core/error.hpp"
 #include "fit/fit_numbers.hpp"
-#include "fit/start/coarse_chain.hpp"
+#include "fit/start/starts.hpp"
 #include "physics/effects/library.hpp"
 
 #include <algorithm>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "residuals/swing.hpp"
 
-#include "fit/chain/baseline_model.hpp"
+#include "fit/chain/first_motion.hpp"
 #include "physics/effects/stem_scales.hpp"
 #include "run/modes.hpp"
 

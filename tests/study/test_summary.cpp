@@ -61,7 +61,7 @@ TEST(Summary, HasTheDocumentedKeys) {
     const json summary = summary_json(summary_of(three_moduli, three_dampings));
     EXPECT_EQ(keys_of(summary),
               (std::set<std::string>{"points", "stem", "completed", "failed", "ranks", "wall_s",
-                                     "integrator", "fit", "regression"}));
+                                     "integrator", "fit", "regression", "is_published_stem"}));
     EXPECT_EQ(summary["points"], 9);
     EXPECT_EQ(summary["completed"], 9);
     EXPECT_EQ(summary["failed"], json::array());

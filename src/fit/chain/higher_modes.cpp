@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "fit/chain/higher_modes.hpp"
 
-#include "fit/chain/baseline_model.hpp"
+#include "fit/chain/first_motion.hpp"
 #include "run/modes.hpp"
 
 #include <algorithm>
