@@ -29,7 +29,7 @@ OTHERS_COMMITS = {"0fc7c5b": "the authors' code", "14e12b7c": "the strip", "825e
 MOST_LINES = {"README.md": 120, "diagnosis.md": 110, "laboratory.md": 120, "other-tools.md": 60,
               "performance.md": 200, "real-data.md": 110, "reliability.md": 80, "uncertainty.md": 110}
 # Pages whose numbers are still typed by hand, with the commits that they are of.
-BY_HAND = {"effects.md", "real-data.md", "timestep.md"}
+BY_HAND = {"effects.md", "real-data.md"}
 MOST_RESULT_LINES = 6000
 
 
