@@ -9,9 +9,17 @@ Read = Callable[[str], dict | None]
 BLOCKS: dict[str, Callable[[Read], str]] = {}
 
 
-def block(name: str):
-    def register(function):
-        BLOCKS[name] = function
+NOT_MEASURED = "*Not measured yet.*"
+
+
+def block(name: str, *files: str, find: Callable[[Read, str], dict | None] | None = None):
+    """Registers a function of these files as the block `name`, which says so if one is missing.
+    `find` looks for a file in another way than by its name."""
+    def register(function: Callable[..., str]):
+        def made(read: Read) -> str:
+            results = [find(read, file) if find else read(file) for file in files]
+            return NOT_MEASURED if None in results else function(*results)
+        BLOCKS[name] = made
         return function
     return register
 

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import published_blocks  # noqa: F401, registers its blocks
 import rate_blocks  # noqa: F401
-from block import BLOCKS
+from block import BLOCKS, NOT_MEASURED
 from measure import RESULTS, ROOT, changed_since, git, read_result
 from measurements import MEASUREMENTS
 
@@ -96,7 +96,7 @@ def faults_of_files() -> list[str]:
         faults.append(f"bench/results has {lines} lines, {MOST_RESULT_LINES} are allowed")
     faults += [f"{page.name}: {name} is not measured: run bench/publish.sh BUILD"
                for page in pages() for name, made in BLOCK.findall(page.read_text("utf-8"))
-               if "*Not measured yet.*" in made]
+               if NOT_MEASURED in made]
     return faults
 
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from typing import NamedTuple
 
-from block import Read, block, origin, table
+from block import block, origin, table
 
 
 def rows_of(result: dict, title: str = "") -> list[dict]:
@@ -29,11 +29,8 @@ def selected(result: dict, columns: dict[str, str], title: str = "",
 def tables(name: str, file: str, columns: dict[str, str], title: str = "",
            where: Callable[[dict], bool] = lambda row: True):
     """Registers a block that is a selection of one file, with its origin."""
-    @block(name)
-    def made(read: Read) -> str:
-        result = read(file)
-        if result is None:
-            return "*Not measured yet.*"
+    @block(name, file)
+    def made(result: dict) -> str:
         return f"{selected(result, columns, title, where)}\n\n{origin(result)}"
     return made
 
@@ -44,11 +41,8 @@ tables("peer-step", "peer-step", {
     "spatial, lanes": "spatial, a lane", "times faster in space": "times faster in space"})
 
 
-@block("stems")
-def stems(read: Read) -> str:
-    result = read("stems")
-    if result is None:
-        return "*Not measured yet.*"
+@block("stems", "stems")
+def stems(result: dict) -> str:
     single = [row for row in rows_of(result) if row.get("ratio", "") != ""]
     half = len(single) // 2
     alone, batch = "one stem, ms/cycle", "batch of like stems, ms/cycle and stem"
@@ -61,11 +55,8 @@ def stems(read: Read) -> str:
                  ) + f"\n\n{head} {origin(result)}"
 
 
-@block("derivatives")
-def derivatives(read: Read) -> str:
-    result = read("stems")
-    if result is None:
-        return "*Not measured yet.*"
+@block("derivatives", "stems")
+def derivatives(result: dict) -> str:
     rows = [row for row in rows_of(result) if "one run" in row]
     costs = [row["a derivative, in runs"] for row in rows]
     errors = [max(row[key] for key in ("d/dY", "d/dβ", "d/dδ")) for row in rows]
@@ -101,9 +92,9 @@ def at_least(what: str, limit: float, value: float, unit: str, digits: int = 0) 
                   f"{value:,.{digits}f} {unit}".replace(",", " "), verdict(value >= limit))
 
 
-def targets_of_runs(read: Read) -> list[Target]:
-    explicit = {row["variant"]: row["per stem, median"] for row in rows_of(read("explicit-step"))}
-    single = [row for row in rows_of(read("stems")) if row.get("ratio", "") != ""]
+def targets_of_runs(explicit_step: dict, implicit: dict) -> list[Target]:
+    explicit = {row["variant"]: row["per stem, median"] for row in rows_of(explicit_step)}
+    single = [row for row in rows_of(implicit) if row.get("ratio", "") != ""]
     planar = single[:len(single) // 2]
     batch = "batch of like stems, ms/cycle and stem"
     return [at_most("explicit step, planar, in lanes", 1.8, explicit["planar, lanes"], "ns"),
@@ -113,13 +104,13 @@ def targets_of_runs(read: Read) -> list[Target]:
             at_most("the same in a batch, without the static start", 0.8,
                     max(row[batch] for row in planar), "ms"),
             at_most("a derivative", 0.9, max(row["a derivative, in runs"]
-                                             for row in rows_of(read("stems"))
+                                             for row in rows_of(implicit)
                                              if "one run" in row), "runs")]
 
 
-def targets_of_studies(read: Read) -> list[Target]:
-    methods = {row["method"]: row["wall, s"] for row in rows_of(read("study-methods"))}
-    large = {row["what"]: row for row in rows_of(read("large-study"))}
+def targets_of_studies(study_methods: dict, large_study: dict) -> list[Target]:
+    methods = {row["method"]: row["wall, s"] for row in rows_of(study_methods)}
+    large = {row["what"]: row for row in rows_of(large_study)}
     plan = sum(large[name]["processor, s"] for name in ("design, checked at every point",
                                                         "batches, by expected cost"))
     resume = next(row["processor, s"] for name, row in large.items()
@@ -133,10 +124,9 @@ def targets_of_studies(read: Read) -> list[Target]:
             at_most("a million points: memory, with all statistics", 200.0, memory, "MB", 0)]
 
 
-def targets_of_farm(read: Read) -> list[Target]:
-    farm = read("farm")
+def targets_of_farm(farm: dict, many_ranks: dict) -> list[Target]:
     shares = {row["stored"]: row["share"] for row in rows_of(farm, "Share of the archive")}
-    ranks = [row["with opening"] for row in rows_of(read("many-ranks"))
+    ranks = [row["with opening"] for row in rows_of(many_ranks)
              if row["ranks"] == 16384 and row["bound, s"] > 50]
     efficiency = {row["work"]: row for row in rows_of(farm, "Efficiency")}
     words = {"met": "met", "missed": "**missed**"}
@@ -153,13 +143,12 @@ def targets_of_farm(read: Read) -> list[Target]:
                      min(ranks), "%", 1)]
 
 
-@block("targets")
-def targets(read: Read) -> str:
-    needed = ("explicit-step", "stems", "study-methods", "large-study", "farm", "many-ranks")
-    if any(read(name) is None for name in needed):
-        return "*Not measured yet.*"
-    found = targets_of_runs(read) + targets_of_studies(read) + targets_of_farm(read)
-    machine = read("stems")["machine"]
+@block("targets", "explicit-step", "stems", "study-methods", "large-study", "farm", "many-ranks")
+def targets(explicit_step: dict, implicit: dict, study_methods: dict, large_study: dict,
+            farm: dict, many_ranks: dict) -> str:
+    found = (targets_of_runs(explicit_step, implicit)
+             + targets_of_studies(study_methods, large_study) + targets_of_farm(farm, many_ranks))
+    machine = implicit["machine"]
     return (table(("target", "wanted", "reached", ""), found)
             + f"\n\nOn {machine['processor']}, {machine['vectors']}, {machine['cores']} cores.")
 
@@ -189,11 +178,8 @@ tables("efficiency", "farm", {
     "97 %": "97 %", "busy": "busy, %", "outside the map": "outside the map, %"}, "Efficiency")
 
 
-@block("trivial-points")
-def trivial_points(read: Read) -> str:
-    result = read("farm")
-    if result is None:
-        return "*Not measured yet.*"
+@block("trivial-points", "farm")
+def trivial_points(result: dict) -> str:
     return "\n".join(f"* {text}" for text in texts_of(result)
                      if text.startswith(("through the scheduler", "to the archive")))
 
@@ -212,11 +198,8 @@ tables("fits", "fits", {"recording": "recording", "stems": "stems", "calibrate, 
                         "diagnose, s": "diagnose, s"})
 
 
-@block("kills")
-def kills(read: Read) -> str:
-    result = read("kills")
-    if result is None:
-        return "*Not measured yet.*"
+@block("kills", "kills")
+def kills(result: dict) -> str:
     return "\n".join(f"* {text}" for text in texts_of(result)) + f"\n\n{origin(result)}"
 
 
@@ -225,32 +208,24 @@ tables("trajectory-kills", "trajectory-kills", {
     "unreadable files": "unreadable files", "trajectories/s": "trajectories/s"})
 
 
-@block("step-limits")
-def step_limits(read: Read) -> str:
-    result = read("time-steps")
-    if result is None:
-        return "*Not measured yet.*"
-    names = list(rows_of(result, "Limits")[0])[1:]
-    return f"{selected(result, {name: name for name in names}, 'Limits')}\n\n{origin(result)}"
+def all_columns(result: dict, title: str) -> str:
+    names = list(rows_of(result, title)[0])[1:]
+    return selected(result, {name: name for name in names}, title)
 
 
-@block("step-laws")
-def step_laws(read: Read) -> str:
-    result = read("time-steps")
-    if result is None:
-        return "*Not measured yet.*"
-    names = list(rows_of(result, "Laws")[0])[1:]
-    return selected(result, {name: name for name in names}, "Laws")
+@block("step-limits", "time-steps")
+def step_limits(result: dict) -> str:
+    return f"{all_columns(result, 'Limits')}\n\n{origin(result)}"
 
 
-@block("step-errors")
-def step_errors(read: Read) -> str:
-    result = read("time-steps")
-    if result is None:
-        return "*Not measured yet.*"
-    names = list(rows_of(result, "Errors")[0])[1:]
-    return (selected(result, {name: name for name in names}, "Errors")
-            + f"\n\n{texts_of(result)[-1]}")
+@block("step-laws", "time-steps")
+def step_laws(result: dict) -> str:
+    return all_columns(result, "Laws")
+
+
+@block("step-errors", "time-steps")
+def step_errors(result: dict) -> str:
+    return f"{all_columns(result, 'Errors')}\n\n{texts_of(result)[-1]}"
 
 
 tables("windows", "windows", {

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from functools import partial
 from statistics import median
 
 from block import Read, block, origin, table
@@ -34,6 +35,9 @@ LISTS = {"diagnosis-library-laws-37390c7": "exactly the library's laws",
 def latest(read: Read, name: str) -> dict | None:
     """This version's file, or that of an earlier version."""
     return read(name) or read(f"earlier/{EARLIER[name]}")
+
+
+rates = partial(block, find=latest)
 
 
 def upper_bound(errors: int, cases: int, level: float = 0.05) -> float:
@@ -74,12 +78,9 @@ def groups(cases: list[dict]) -> dict[str, list[dict]]:
     return {name: group for name, group in found.items() if group}
 
 
-@block("diagnosis-grades")
-def diagnosis_grades(read: Read) -> str:
+@rates("diagnosis-grades", "diagnosis")
+def diagnosis_grades(result: dict) -> str:
     """Recordings by what is hidden and how the answer is graded."""
-    result = latest(read, "diagnosis")
-    if result is None:
-        return "*Not measured yet.*"
     rows = []
     for name, group in groups(result["cases"]).items():
         grades = Counter(case["grade"] for case in group)
@@ -90,12 +91,11 @@ def diagnosis_grades(read: Read) -> str:
             + f"\n\n{origin(result)}")
 
 
-@block("earlier-versions")
-def earlier_versions(read: Read) -> str:
+@block("earlier-versions", *(f"earlier/{file}" for file in LISTS))
+def earlier_versions(*results: dict) -> str:
     """Answers of earlier versions to recordings with a material effect, and without one."""
     rows = []
-    for file, name in LISTS.items():
-        result = read(f"earlier/{file}")
+    for result, name in zip(results, LISTS.values()):
         material = [case for case in result["cases"] if has_material(case)]
         without = [case for case in result["cases"] if not has_material(case)]
         grades = Counter(case["grade"] for case in material)
@@ -105,12 +105,9 @@ def earlier_versions(read: Read) -> str:
                   "a wrong name without one"), rows)
 
 
-@block("trust")
-def trust(read: Read) -> str:
+@rates("trust", "diagnosis", "intervals", "rig-effects")
+def trust(result: dict, calibrations: dict, laboratories: dict) -> str:
     """The sentences of README.md on the diagnosis of one stem."""
-    result = latest(read, "diagnosis")
-    if result is None:
-        return "*Not measured yet.*"
     material = [case for case in result["cases"]
                 if has_material(case) and case["kind"] != "correlated"]
     without = [case for case in result["cases"] if case["kind"] == "null"]
@@ -126,32 +123,36 @@ def trust(read: Read) -> str:
         f"{len(without)} recordings in which nothing is hidden {named} got a name (at most "
         f"{percent(upper_bound(named, len(without)))}). "
         "[Every kind of recording](docs/diagnosis-rates.md#one-stem).",
-        interval_sentence(read), *limit_sentences(read, result["cases"])])
+        interval_sentence(calibrations["cases"]),
+        *limit_sentences(result["cases"], laboratories)])
 
 
-def interval_sentence(read: Read) -> str:
-    cases = latest(read, "intervals")["cases"]
-    shares = []
-    for name in cases[0]["parameters"]:
-        found = [case["parameters"][name] for case in cases]
-        shares.append(sum(abs(each["value"] - each["truth"]) <= 1.96 * each["combined"]
-                          for each in found) / len(found))
+def coverage(cases: list[dict], name: str, uncertainty: str) -> float:
+    """Share of a parameter's 95 % intervals, by this standard uncertainty, that contain the
+    truth."""
+    found = [case["parameters"][name] for case in cases]
+    return sum(abs(each["value"] - each["truth"]) <= 1.96 * each[uncertainty]
+               for each in found) / len(found)
+
+
+def interval_sentence(cases: list[dict]) -> str:
+    shares = [coverage(cases, name, "combined") for name in cases[0]["parameters"]]
     return (f"* **The intervals**: 95 % intervals contained the truth in {percent(min(shares))} to "
             f"{percent(max(shares))} of {len(cases)} calibrations with wrong inputs "
             "([uncertainty](docs/uncertainty.md#how-far-the-intervals-can-be-trusted)).")
 
 
-def limit_sentences(read: Read, cases: list[dict]) -> list[str]:
+def limit_sentences(cases: list[dict], laboratories: dict) -> list[str]:
     """What is known to be weak."""
     noisy = [case for case in cases if case["kind"] == "correlated"]
     grades = Counter(case["grade"] for case in noisy)
     answers = ", ".join(f"{grades[grade]} {word}" for grade, word in GRADES.items()
                         if grades[grade])
-    own = [(stem["own"], stem["named"]) for case in latest(read, "rig-effects")["cases"]
+    own = [(stem["own"], stem["named"]) for case in laboratories["cases"]
            for stem in case["stems"]]
     given = sum(bool(named) for _, named in own)
     have = sum(bool(truth) for truth, _ in own)
-    wrong = next((line.rsplit(": ", 1)[1] for line in latest(read, "rig-effects")["summary"]
+    wrong = next((line.rsplit(": ", 1)[1] for line in laboratories["summary"]
                   if line.startswith("wrong among the stems")), "")
     return ([f"* **Noise correlated by 0.9** from frame to frame: {answers} of {len(noisy)}."]
             if noisy else []) + [
@@ -164,11 +165,8 @@ def rate(hits: int, of: int) -> str:
     return f"{hits} of {of}" + (f" ({100.0 * hits / of:.0f} %)" if of else "")
 
 
-@block("diagnosis-quantities")
-def diagnosis_quantities(read: Read) -> str:
-    result = latest(read, "diagnosis")
-    if result is None:
-        return "*Not measured yet.*"
+@rates("diagnosis-quantities", "diagnosis")
+def diagnosis_quantities(result: dict) -> str:
     cases = result["cases"]
     inside = [case for case in cases if case["kind"] != "unknown"]
     visible = [hidden for case in inside for hidden in case["hidden"]
@@ -207,12 +205,9 @@ def hidden_text(case: dict) -> str:
                       for hidden in case["hidden"]) or "nothing"
 
 
-@block("diagnosis-failures")
-def diagnosis_failures(read: Read) -> str:
+@rates("diagnosis-failures", "diagnosis")
+def diagnosis_failures(result: dict) -> str:
     """Every case that is neither right nor tied nor silent."""
-    result = latest(read, "diagnosis")
-    if result is None:
-        return "*Not measured yet.*"
     lines = []
     for grade, word in (("wrong", "Wrong"), ("failed", "No answer"), ("unknown", "Unknown"),
                         ("partly", "One of two")):
@@ -224,18 +219,12 @@ def diagnosis_failures(read: Read) -> str:
     return "\n".join(lines)
 
 
-@block("intervals")
-def intervals(read: Read) -> str:
-    result = latest(read, "intervals")
-    if result is None:
-        return "*Not measured yet.*"
-    rows = []
-    for name in sorted(result["cases"][0]["parameters"]):
-        found = [case["parameters"][name] for case in result["cases"]
-                 if name in case["parameters"]]
-        covered = [sum(abs(each["value"] - each["truth"]) <= 1.96 * each[kind]
-                       for each in found) / len(found) for kind in ("combined", "readings")]
-        rows.append((name, len(found), percent(covered[0]), percent(covered[1])))
+@rates("intervals", "intervals")
+def intervals(result: dict) -> str:
+    cases = result["cases"]
+    rows = [(name, len(cases), *(percent(coverage(cases, name, kind))
+                                 for kind in ("combined", "readings")))
+            for name in sorted(cases[0]["parameters"])]
     return (table(("parameter", "cases", "covered", "by the noise of the readings alone"), rows)
             + f"\n\n{origin(result)}")
 
@@ -249,11 +238,8 @@ def counted(names: list[str]) -> str:
     return "; ".join(f"{name} in {count} stems" for name, count in sorted(Counter(names).items()))
 
 
-@block("rig-effects")
-def rig_effects(read: Read) -> str:
-    result = latest(read, "rig-effects")
-    if result is None:
-        return "*Not measured yet.*"
+@rates("rig-effects", "rig-effects")
+def rig_effects(result: dict) -> str:
     rows = []
     for case in sorted(result["cases"], key=lambda case: case["number"]):
         hidden = [f"{each['effect']} ({each['over_limit']:.2f} limits)"
@@ -269,36 +255,24 @@ def rig_effects(read: Read) -> str:
                       origin(result)])
 
 
-@block("rig-effects-summary")
-def rig_effects_summary(read: Read) -> str:
-    result = latest(read, "rig-effects")
-    if result is None:
-        return "*Not measured yet.*"
+@rates("rig-effects-summary", "rig-effects")
+def rig_effects_summary(result: dict) -> str:
     return "\n".join(f"* {line}" for line in result["summary"][1:])
 
 
-@block("flawed-noise")
-def flawed_noise(read: Read) -> str:
-    result = latest(read, "flawed-noise")
-    if result is None:
-        return "*Not measured yet.*"
+@rates("flawed-noise", "flawed-noise")
+def flawed_noise(result: dict) -> str:
     line = result["summary"][0]
     return f"{line[0].upper()}{line[1:]}. {origin(result)}"
 
 
-@block("late-starts")
-def late_starts(read: Read) -> str:
-    result = latest(read, "late-starts")
-    if result is None:
-        return "*Not measured yet.*"
+@rates("late-starts", "late-starts")
+def late_starts(result: dict) -> str:
     return f"{result['summary'][0]}. {origin(result)}"
 
 
-@block("videos")
-def videos(read: Read) -> str:
-    result = latest(read, "videos")
-    if result is None:
-        return "*Not measured yet.*"
+@rates("videos", "videos")
+def videos(result: dict) -> str:
     cases = [case for case in result["cases"] if "damping" in case]
     adequate = sum(case["answer"].strip() == "adequate" for case in result["cases"])
     covered = {name: sum(abs(case[name]["error"]) <= 1.96 * case[name]["standard_uncertainty"]
