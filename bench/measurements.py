@@ -13,6 +13,7 @@ FIT = (*CHAIN, "src/reduce", "src/measure/folder", "src/fit", "src/residuals", "
 DIAGNOSIS = (*FIT, "src/diagnose", "tests/beam_generator", "bench/misstated_inputs.hpp",
              "bench/reading_noise.hpp")
 
+
 def whole(case: dict) -> dict:
     return case
 

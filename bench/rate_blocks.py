@@ -114,16 +114,15 @@ def trust(result: dict, calibrations: dict, laboratories: dict) -> str:
     grades = Counter(case["grade"] for case in material)
     named = sum(case["grade"] == "wrong" for case in without)
     counts = ", ".join(f"{grades[grade]} {word}" for grade, word in GRADES.items())
-    earlier = f" (commit {result['commit']}, an earlier version)" if "machine" not in result else ""
     return "\n".join([
-        f"* **The diagnosis** was judged{earlier} on new recordings of an independent beam model. "
+        f"* **The diagnosis** was judged{version_of(result)} on new recordings of an independent beam model. "
         f"Of {len(material)} with a hidden effect that explains more than a fifth of the noise the "
         f"answers are: {counts}. Wrong names are at most "
         f"{percent(upper_bound(grades['wrong'], len(material)))} with 95 % confidence. Of "
         f"{len(without)} recordings in which nothing is hidden {named} got a name (at most "
         f"{percent(upper_bound(named, len(without)))}). "
         "[Every kind of recording](docs/diagnosis-rates.md#one-stem).",
-        interval_sentence(calibrations["cases"]),
+        interval_sentence(calibrations),
         *limit_sentences(result["cases"], laboratories)])
 
 
@@ -135,10 +134,17 @@ def coverage(cases: list[dict], name: str, uncertainty: str) -> float:
                for each in found) / len(found)
 
 
-def interval_sentence(cases: list[dict]) -> str:
+def version_of(result: dict) -> str:
+    """Says in a sentence that the numbers are not those of this version."""
+    return "" if "machine" in result else f" (commit {result['commit']}, an earlier version)"
+
+
+def interval_sentence(calibrations: dict) -> str:
+    cases = calibrations["cases"]
     shares = [coverage(cases, name, "combined") for name in cases[0]["parameters"]]
     return (f"* **The intervals**: 95 % intervals contained the truth in {percent(min(shares))} to "
-            f"{percent(max(shares))} of {len(cases)} calibrations with wrong inputs "
+            f"{percent(max(shares))} of {len(cases)} calibrations with wrong inputs"
+            f"{version_of(calibrations)} "
             "([uncertainty](docs/uncertainty.md#how-far-the-intervals-can-be-trusted)).")
 
 
@@ -157,7 +163,7 @@ def limit_sentences(cases: list[dict], laboratories: dict) -> list[str]:
     return ([f"* **Noise correlated by 0.9** from frame to frame: {answers} of {len(noisy)}."]
             if noisy else []) + [
         f"* **Effects of stems in laboratories**: {have} stems have an own effect, "
-        f"{given} got one; wrong among these: {wrong} "
+        f"{given} got one; wrong among these: {wrong}{version_of(laboratories)} "
         "([laboratories](docs/diagnosis-rates.md#laboratories))."]
 
 
