@@ -162,8 +162,8 @@ class ResultsWriter {
     TextsByRow failure_reasons_;
 };
 
-/// Deflate would reduce the size of histories only by a factor of 1.18, because the low bytes of a
-/// double are almost random, and would take 4 to 20 times as long (docs/performance.md, section 9).
+/// Deflate would hardly reduce the size of histories, because the low bytes of a double are almost
+/// random, and would take several times as long.
 constexpr int table_compression = 0;
 constexpr hsize_t largest_chunk_bytes =
     hsize_t{512} * 1024; ///< two fit HDF5's default chunk cache, 1 MiB
