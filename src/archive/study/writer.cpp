@@ -162,8 +162,7 @@ class ResultsWriter {
     TextsByRow failure_reasons_;
 };
 
-/// Deflate would hardly reduce the size of histories, because the low bytes of a double are almost
-/// random, and would take several times as long.
+/// Deflate is slow and hardly reduces histories: the low bytes of a double are almost random.
 constexpr int table_compression = 0;
 constexpr hsize_t largest_chunk_bytes =
     hsize_t{512} * 1024; ///< two fit HDF5's default chunk cache, 1 MiB

@@ -100,6 +100,7 @@ TimestepStem read_stem(const Results& results, const run::CaseSpec& spec,
 
 reduce::TimestepRegression regression_of(const std::vector<TimestepStem>& stems) {
     std::vector<reduce::TimestepPoint> points;
+    points.reserve(stems.size());
     for (const TimestepStem& stem : stems)
         points.push_back({stem.youngs_modulus, stem.bond_damping, stem.bond_time, stem.limit()});
     return reduce::regress_timesteps(points);
