@@ -35,7 +35,7 @@ class Measurement:
     minutes: float  # on two cores, for the plan
     keep: Callable[[dict], dict] = whole  # what of a case is stored
     summary: str = ""  # beginning of the first line of the summary that follows the cases
-    needs: str = ""  # variable of the environment that names a program: ${NAME} in the command
+    needs: str = ""  # variable of the environment that names a program or data: $NAME in the command
 
 
 def rounded(value, digits: int = 6):
@@ -130,10 +130,30 @@ MEASUREMENTS = (
     Measurement("fits", "How long do a calibration and a diagnosis take?",
                 "{root}/bench/recording_times.sh {build}",
                 (*FIT, "src/diagnose", "bench/recording_times.sh"), 2),
+    Measurement("spheres", "What does the number of spheres change?",
+                "/usr/bin/python3 {root}/bench/sphere_counts.py {build}",
+                (*FIT, "bench/sphere_counts.py"), 1),
+    Measurement("effect-matrix", "Which effects can explain which recordings?",
+                "/usr/bin/python3 {root}/bench/effect_matrix.py {build}",
+                (*FIT, "src/diagnose", "bench/effect_matrix.py"), 3),
+    Measurement("population", "How accurate are fits of 29 stems whose clamps yield?",
+                "/usr/bin/python3 {root}/bench/population.py {build} $CULM_OPTIONAL_DATA",
+                (*FIT, "bench/population.py"), 1, needs="CULM_OPTIONAL_DATA"),
+    Measurement("real-recordings", "What does culm answer to real recordings?",
+                "/usr/bin/python3 {root}/bench/real_recordings.py {build} $CULM_OPTIONAL_DATA",
+                (*DIAGNOSIS, "src/measure", "bench/real_recordings.py"), 5,
+                needs="CULM_OPTIONAL_DATA"),
     Measurement("time-steps", "How large may an explicit step be, and what does it change?",
                 "/usr/bin/python3 {root}/bench/time_steps.py {build} {scratch}",
                 (*STUDY, "config/timestep.toml", "config/timestep-consistent.toml",
                  "bench/time_steps.py"), 3),
+    Measurement("spreads", "How much of the measured spread do geometry, modulus and damping explain?",
+                "/usr/bin/python3 {root}/bench/population_spreads.py {build} {scratch}",
+                (*STUDY, "config/replicates.toml", "bench/population_spreads.py",
+                 "bench/time_steps.py"), 1),
+    Measurement("closing-tests", "How far are simulated stems from the readings they were made for?",
+                "/usr/bin/python3 {root}/bench/closing_tests.py {build} {scratch}",
+                (*STUDY, "bench/closing_tests.py", "bench/time_steps.py"), 1),
     Measurement("windows", "What do window, law and b0 change in the regressions?",
                 "{root}/jobs/reproduction.sh {build}/src/cli/culm {scratch}",
                 (*STUDY, "config/reproduction-schramm2019.toml",

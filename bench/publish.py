@@ -17,6 +17,7 @@ from pathlib import Path
 
 import published_blocks  # noqa: F401, registers its blocks
 import rate_blocks  # noqa: F401
+import recording_blocks  # noqa: F401
 from block import BLOCKS, NOT_MEASURED
 from measure import RESULTS, ROOT, changed_since, git, read_result
 from measurements import MEASUREMENTS
@@ -28,8 +29,6 @@ COMMIT = re.compile(r"\b(?=[0-9a-f]*[a-f])(?=[0-9a-f]*[0-9])[0-9a-f]{7,40}\b")
 OTHERS_COMMITS = {"0fc7c5b": "the authors' code", "14e12b7c": "the strip", "825e7b7c": "the beam"}
 MOST_LINES = {"README.md": 120, "diagnosis.md": 110, "laboratory.md": 120, "other-tools.md": 60,
               "performance.md": 200, "real-data.md": 110, "reliability.md": 80, "uncertainty.md": 110}
-# Pages whose numbers are still typed by hand, with the commits that they are of.
-BY_HAND = {"effects.md", "real-data.md"}
 MOST_RESULT_LINES = 6000
 
 
@@ -61,7 +60,7 @@ def faults_of_pages() -> list[str]:
                                                 text).splitlines(), 1):
             faults += [f"{page.name}:{number}: the commit {found} outside of a block"
                        for found in COMMIT.findall(line)
-                       if found not in OTHERS_COMMITS and page.name not in BY_HAND]
+                       if found not in OTHERS_COMMITS]
         lines = text.count("\n")
         if lines > MOST_LINES.get(page.name, lines):
             faults.append(f"{page.name} has {lines} lines, {MOST_LINES[page.name]} are allowed")

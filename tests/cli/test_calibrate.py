@@ -4,7 +4,6 @@
 import csv
 import json
 import math
-import os
 import re
 import shutil
 import subprocess
@@ -189,64 +188,14 @@ class Calibrate(CulmTest):
         self.assertIn("nowhere", finished.stderr)
 
 
-# A public recording that is not part of the repository (docs/real-data.md).
-OPTIONAL = Path(os.environ.get("CULM_OPTIONAL_DATA", TESTS.parents[1] / "shared" / "data"))
-BEAM = OPTIONAL / "real" / "silicone-cantilever" / "beam_gravity_V2_a.c3d"
-
-BEAM_MAPPING = """
-[source]
-file = "beam.c3d"
-[time]
-release_s = "detect"
-[motion]
-axis = [-1, 0, 0]
-zero = "before_release"
-[[height]]
-height_mm = 100
-markers = ["Tip - 1", "Tip - 2", "Tip - 3"]
-[stem]
-id = "beam"
-length_mm = 100
-density_kg_m3 = 1070
-poissons_ratio = 0.499
-[section]
-shape = "rectangle"
-width_mm = 30
-height_mm = 30
-[release]
-kind = "held_straight"
-[measurement]
-reading = "material"
-gravity_direction = "transverse"
-"""
-
-
-@unittest.skipUnless(BEAM.is_file(), "the recording is not available")
-class SiliconeCantilever(CulmTest):
-    def setUp(self):
-        super().setUp()
-        self.write("mapping.toml", BEAM_MAPPING)
-        finished = self.culm("import", "mapping.toml", "-o", "beam", "--recording", str(BEAM))
-        self.assert_exit(finished, DONE)
-        # Its README: release at 0.44 to 0.71 s, rest noise 3 to 10 µm.
-        self.assertRegex(finished.stdout, r"the stem was released at 0\.[67]\d* s")
-        self.assertRegex(finished.stdout, r"500 frames .*\n.*noise 0\.00[3-9]\d mm")
-
+class HeldStraight(CulmTest):
     def test_does_not_move_without_gravity(self):
-        finished = self.culm("calibrate", "beam")
+        shutil.copytree(EXAMPLES / "T1-null", self.folder / "held")
+        with open(self.folder / "held" / "stem.toml", "a", encoding="utf-8") as file:
+            file.write('[release]\nkind = "held_straight"\n')
+        finished = self.culm("calibrate", "held")
         self.assert_exit(finished, POINTS_FAILED)
         self.assertIn("add --with gravity", finished.stdout)
-
-    def test_is_mostly_but_not_fully_explained_by_gravity(self):
-        finished = self.culm("calibrate", "beam", "--with", "gravity", "--json", "beam.json")
-        self.assert_exit(finished, DONE)
-        stem = json.loads((self.folder / "beam.json").read_text("utf-8"))["stems"][0]
-        # The authors' modulus of the material is 0.264 MPa. The effects that the chain lacks
-        # (docs/real-data.md) change it by tens of per cent at most.
-        modulus = stem["parameters"]["bond_youngs_modulus_pa"]["value"]
-        self.assertAlmostEqual(modulus / 0.264e6, 1, delta=0.3)
-        self.assertLess(stem["fit"]["rmse_mm"], 0.05 * 10.079)  # of the largest deflection
-        self.assertFalse(stem["fit"]["adequate"])
 
 
 class Export(CulmTest):

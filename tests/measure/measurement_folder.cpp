@@ -3,7 +3,6 @@
 
 #include "measure/folder/measurement_files.hpp"
 #include "measure/measurement_files.hpp"
-#include "support/optional_data.hpp"
 
 #include <cmath>
 #include <filesystem>
@@ -278,10 +277,7 @@ TEST(MeasurementFolder, KeepsTheZerosAtTheEndOfAMass) {
 }
 
 TEST(MeasurementFolder, ReadsARigWithStatedUncertainties) {
-    const auto rig = optional_data("lab-rig");
-    if (!rig)
-        GTEST_SKIP() << "the recordings of a rig are not available";
-    const MeasurementSet set = read_measurements({rig->string()});
+    const MeasurementSet set = read_measurements({std::string(CULM_TEST_DATA_DIR) + "/lab-rig"});
     ASSERT_EQ(set.measurements.size(), 12U);
     for (const Measurement& measurement : set.measurements) {
         EXPECT_EQ(measurement.rig, "R");

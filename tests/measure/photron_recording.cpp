@@ -2,7 +2,6 @@
 #include "measure/refused_text.hpp"
 #include "measure/track/frames/frame_source.hpp"
 #include "measure/tracked_video.hpp"
-#include "support/optional_data.hpp"
 
 #include <fstream>
 
@@ -231,38 +230,6 @@ TEST(PhotronRecording, IsTrackedLikePictures) {
                   (void)track_video(read_track_settings(file), {1});
               }).find("video.fps = 1000: the camera's own header says 960 frames/s"),
               std::string::npos);
-}
-
-TEST(PhotronRecording, IsReadFromARealCamera) {
-    const auto data = tests::optional_data("real/photron-camera");
-    if (!data)
-        GTEST_SKIP() << "the recording is not available";
-    const auto source = open_frames(*data, "data_showcase.cih");
-    EXPECT_EQ(source->numbers().size(), 75U);
-    ASSERT_TRUE(source->stated_fps());
-    EXPECT_DOUBLE_EQ(*source->stated_fps(), 150.0); // 15 000 frames/s, one in 100 saved
-    EXPECT_EQ(source->remarks().size(), 1U);
-    std::vector<std::size_t> all(75);
-    for (std::size_t i = 0; i < all.size(); ++i)
-        all[i] = i;
-    std::vector<double> means(all.size());
-    std::vector<double> steps(all.size());
-    source->for_each(all, 2, [&](std::size_t i, const FrameImage& frame) {
-        EXPECT_EQ(frame.width, 640);
-        EXPECT_EQ(frame.height, 40);
-        for (std::size_t p = 0; p < frame.values.size(); ++p) {
-            means[i] += frame.values[p] / double(frame.values.size());
-            if (p > 0)
-                steps[i] +=
-                    std::abs(frame.values[p] - frame.values[p - 1]) / double(frame.values.size());
-        }
-    });
-    // In a picture, unlike noise, neighbouring pixels are similar, and so are all frames.
-    for (std::size_t i = 0; i < all.size(); ++i) {
-        EXPECT_GT(means[i], 5.0);
-        EXPECT_LT(steps[i], 30.0);
-        EXPECT_NEAR(means[i], means[0], 2.0);
-    }
 }
 
 } // namespace

@@ -1,12 +1,15 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The tracker on rendered videos, which resemble those of laboratories and include their usual
 // defects.
+#include "measure/folder/measurement_folder.hpp"
 #include "measure/refused_text.hpp"
+#include "measure/track/track_report.hpp"
 #include "measure/tracked_video.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
 #include <random>
 
@@ -35,6 +38,18 @@ TEST(TrackedVideo, FollowsABrightStem) {
     // Half of the stem's foot lies below this row.
     EXPECT_NEAR(track.survey.clamp_row, video.clamp_row, 1.0);
     EXPECT_TRUE(track.remarks.empty()) << track.remarks.front();
+}
+
+TEST(TrackedVideo, GivesAFolderThatReadsBack) {
+    const Track track = track_rendered(RenderedVideo{});
+    const tests::TemporaryFolder folder;
+    write_track(folder / "out", track);
+    const Measurement read = read_measurement(folder / "out");
+    EXPECT_EQ(read.times, track.measurement.times);
+    EXPECT_EQ(read.deflections, track.measurement.deflections);
+    EXPECT_EQ(read.noise_by_height, track.measurement.noise_by_height);
+    EXPECT_GT(std::filesystem::file_size(folder / "out" / "contact_sheet.png"), 100000U);
+    EXPECT_TRUE(std::filesystem::exists(folder / "out" / "track.json"));
 }
 
 // Errors must not depend on an edge's position between pixels and must match the stated ones.

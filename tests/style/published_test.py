@@ -34,7 +34,8 @@ class Published(unittest.TestCase):
         self.commit()
         sys.path.insert(0, str(self.root / "bench"))
         self.addCleanup(sys.path.remove, str(self.root / "bench"))
-        for name in ("publish", "measure", "measurements", "block", "published_blocks", "rate_blocks"):
+        for name in ("publish", "measure", "measurements", "block", "published_blocks", "rate_blocks",
+                     "recording_blocks"):
             sys.modules.pop(name, None)
         self.publish = importlib.import_module("publish")
         self.measure = importlib.import_module("measure")
