@@ -28,7 +28,7 @@ constexpr std::array<std::pair<std::string_view, std::uint64_t>, 6> kinds{{{"nul
                                                                            {"single", 60},
                                                                            {"pair", 25},
                                                                            {"unknown", 15},
-                                                                           {"known_mass", 15},
+                                                                           {"known_mass", 5},
                                                                            {"correlated", 20}}};
 
 /// Numbers of eight whose noise is of one of these families; that of the others is autoregressive.

@@ -24,9 +24,9 @@ struct DecisionCase {
     std::vector<measure::Measurement> lossy;
 };
 
-/// {"half", "kind", "number"} of the 185 cases of a half, "tuning" or "judging": 50 without an
+/// {"half", "kind", "number"} of the 175 cases of a half, "tuning" or "judging": 50 without an
 /// effect ("null"), 60 with one of the library ("single"), 25 with two ("pair"), 15 with a law that
-/// the library lacks ("unknown"), 15 with one effect and a second recording with a known mass at
+/// the library lacks ("unknown"), 5 with one effect and a second recording with a known mass at
 /// the tip, 0.5 to 1.5 times that of the stem ("known_mass"), 20 with noise that is correlated by
 /// 0.9 from frame to frame, every other one with an effect ("correlated"). The kinds alternate, so
 /// that each part of the list is like the whole. Throws std::invalid_argument for another half.

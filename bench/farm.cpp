@@ -55,7 +55,7 @@ double run_apart(const farm::Communicator& communicator, const Task& task) {
 /// order, and the median of the rounds' ratios lies between the least and the largest with a
 /// probability of 1 − 2^(1 − rounds).
 void compare_ranks(const farm::Communicator& communicator, const char* name, const Task& task) {
-    constexpr int rounds = 7;
+    constexpr int rounds = 5;
     constexpr double target = 0.97;
     Timings independent;
     Timings efficiency;

@@ -17,8 +17,8 @@ counted() {
     printed=$(/usr/bin/python3 "$root/tests/faults/$1" "${@:2}")
     printf '%s: %s\n' "$label" "$(tail -n 1 <<<"$printed")"
 }
-counted 'Studies' kill_study.py --kills 100 --seed 7
-counted 'Studies with SUNDIALS' kill_study.py --kills 30 --seed 11 --method sundials
+counted 'Studies' kill_study.py --kills 50 --seed 7
+counted 'Studies with SUNDIALS' kill_study.py --kills 15 --seed 11 --method sundials
 counted 'Laboratories' kill_laboratory.py \
-    "$root/tests/data/hidden-effect/T2-quadratic_drag" --kills 30 --seed 7
-counted 'Random disturbances' soak.py --minutes 1.5 --seed 1
+    "$root/tests/data/hidden-effect/T2-quadratic_drag" --kills 15 --seed 7
+counted 'Random disturbances' soak.py --minutes 1 --seed 1
