@@ -152,6 +152,8 @@ def summary_of(printed: str, beginning: str) -> list[str]:
 def program_commit(build: Path) -> str:
     """The commit that the programs of the build were made from."""
     header = build / "bench" / "generated" / "bench_commit.hpp"
+    if not header.is_file():
+        return ""
     found = re.search(r'commit = "([^"]*)"', header.read_text("utf-8"))
     return found[1] if found else ""
 
@@ -194,6 +196,9 @@ def main() -> int:
             continue
         if changed_since("HEAD", each.sources):
             raise SystemExit(f"{each.name}: commit the changes of {' '.join(each.sources)} first")
+        built = program_commit(options.build).removesuffix("-dirty")
+        if built and changed_since(built, each.sources):
+            raise SystemExit(f"{each.name}: the programs are of {built}: build them first")
         print(f"{each.name}: {each.question}", flush=True)
         outcome = Run(each, options.build.resolve()).outcome(end - time.monotonic())
         if outcome is None:

@@ -86,8 +86,8 @@ struct KnownStem {
 TEST(StemOfALaboratory, IsCalibratedWithinHalfAPerCentOfItsFrequency) {
     for (const KnownStem& truth : {KnownStem{"S01", 36.007, 0.6471, 0.46908e9},
                                    KnownStem{"S10", 57.410, 0.7945, 1.1405e9}}) {
-        const calibrate::Calibration found = calibrate::calibrate_stem(measure::read_measurement(
-            fs::path(CULM_TEST_DATA_DIR) / "measurements" / truth.id));
+        const calibrate::Calibration found = calibrate::calibrate_stem(
+            measure::read_measurement(fs::path(CULM_TEST_DATA_DIR) / "measurements" / truth.id));
         EXPECT_NEAR(found.mode.natural_frequency() / truth.frequency, 1.0, 0.005) << truth.id;
         EXPECT_NEAR(decay_of(found.mode) / truth.decay, 1.0, 0.03) << truth.id;
         // The yielding clamp makes a rigid one look softer by 4 EI/(kL), 0.33 … 3.4 %.

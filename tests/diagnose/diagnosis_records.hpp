@@ -17,7 +17,7 @@ namespace culm::tests {
     return {measure::read_measurement(std::filesystem::path(CULM_TEST_DATA_DIR) / folder / name)};
 }
 
-/// 20 spheres instead of 56: a third of the time, and the verdicts are the same (verdicts.cpp).
+/// 20 spheres instead of 56: a third of the time, and the verdicts are the same (tests/regression).
 [[nodiscard]] inline fit::FitOptions quick_fit() {
     fit::FitOptions options;
     options.chain.spheres = 20;
