@@ -100,7 +100,7 @@ def with_half_width(parameter: dict, scale: float, digits: int) -> str:
 
 
 def answer_of(found: dict) -> list[tuple[str, str]]:
-    """Verdict, best explanation and what it leaves."""
+    """The verdict, the best explanation, and the residual that this has."""
     return [("verdict", found["verdict"]),
             ("best explanation", " + ".join(found["effects"]) or "none"),
             ("its share of the misfit, %", f"{100 * found['explained']:.0f}"),
@@ -152,7 +152,7 @@ def beam(culm: Culm, data: Path, folder: Path, name: str) -> dict:
 
 
 def hidden_mass(culm: Culm, folder: Path) -> str:
-    """What the two recordings of the beam say of the mass of 52 g that only one of them carries."""
+    """The mass of 52 g, which one of the two recordings carries and neither states, by culm."""
     found, _ = culm.run("diagnose", *(folder / name for name in BEAMS), "--candidates", "tip_mass",
                         ranks=2)
     masses = [f"{key.partition('@')[2] or 'both'}: {with_half_width(each, 1e3, 1)} g"
