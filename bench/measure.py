@@ -197,7 +197,9 @@ def main() -> int:
         if changed_since("HEAD", each.sources):
             raise SystemExit(f"{each.name}: commit the changes of {' '.join(each.sources)} first")
         built = program_commit(options.build).removesuffix("-dirty")
-        if built and changed_since(built, each.sources):
+        compiled = tuple(source for source in each.sources
+                         if Path(source).suffix not in (".py", ".sh", ".toml"))
+        if built and changed_since(built, compiled):
             raise SystemExit(f"{each.name}: the programs are of {built}: build them first")
         print(f"{each.name}: {each.question}", flush=True)
         outcome = Run(each, options.build.resolve()).outcome(end - time.monotonic())
