@@ -121,6 +121,17 @@ def backbone_of(fit: dict) -> list[tuple[str, str]]:
             ("power of the softening (95 %)", interval(laws.get("softening_exponent")))]
 
 
+def plate_of(stem: dict) -> list[tuple[str, str]]:
+    """What the chain with the air of a plate has; why it has nothing where its fit failed."""
+    wanted = (("Y, GPa", "bond_youngs_modulus_pa", 1e-9, 1),
+              ("D, drag at KC = 1", "plate_air.drag_amplitude", 1, 2),
+              ("k, added mass at KC = 1", "plate_air.mass_amplitude", 1, 3))
+    if "parameters" not in stem:
+        return [(what, f"failed: {stem['failure']}") for what, *_ in wanted]
+    return [(what, with_half_width(stem["parameters"][key], scale, digits))
+            for what, key, scale, digits in wanted]
+
+
 def strip(culm: Culm, data: Path, folder: Path, name: str, length: int, window: float) -> dict:
     place = folder / name
     place.mkdir()
@@ -132,12 +143,8 @@ def strip(culm: Culm, data: Path, folder: Path, name: str, length: int, window: 
     chain = ("--spheres", 20, "--window", window)
     stem = culm.run("calibrate", place, "--with", "still_air,plate_air", *chain)[0]["stems"][0]
     diagnosis, seconds = culm.run("diagnose", place, *chain, ranks=2)
-    parameters = stem["parameters"]
-    return dict(backbone_of(fit) + [
-        ("Y, GPa", with_half_width(parameters["bond_youngs_modulus_pa"], 1e-9, 1)),
-        ("D, drag at KC = 1", with_half_width(parameters["plate_air.drag_amplitude"], 1, 2)),
-        ("k, added mass at KC = 1", with_half_width(parameters["plate_air.mass_amplitude"], 1, 3)),
-    ] + answer_of(diagnosis) + [("time of the diagnosis, s", f"{seconds:.0f}")])
+    return dict(backbone_of(fit) + plate_of(stem) + answer_of(diagnosis)
+                + [("time of the diagnosis, s", f"{seconds:.0f}")])
 
 
 def beam(culm: Culm, data: Path, folder: Path, name: str) -> dict:
