@@ -49,7 +49,6 @@ id = "{name}"
 length_mm = 100
 density_kg_m3 = 1070
 specimen = "beam"
-poissons_ratio = 0.499
 [section]
 shape = "rectangle"
 width_mm = 30
