@@ -40,8 +40,7 @@ LEFT_OUT = {
                    "sbatch --array=1-4 jobs/slurm/parts.sbatch": INSIDE_SLURM},
     "laboratory.md": {"mpirun -n 2 culm diagnose LAB -o ALL": MINUTES},
     "real-data.md": {
-        "culm fit STRIP --backbone --modes 2": OUTSIDE_DATA,
-        "culm calibrate STRIP --with still_air,plate_air": OUTSIDE_DATA,
+        "culm fit STRIP --backbone": OUTSIDE_DATA,
         "culm import mapping.toml -o beam": OUTSIDE_DATA,
     },
     "reliability.md": {
