@@ -41,8 +41,9 @@ TEST(TrackedVideo, FollowsABrightStem) {
 }
 
 TEST(TrackedVideo, GivesAFolderThatReadsBack) {
-    const Track track = track_rendered(RenderedVideo{});
     const tests::TemporaryFolder folder;
+    const Track track =
+        track_video(read_track_settings(RenderedVideo{}.write(folder, "", Up::DecreasingRow)), {2});
     write_track(folder / "out", track);
     const Measurement read = read_measurement(folder / "out");
     EXPECT_EQ(read.times, track.measurement.times);
