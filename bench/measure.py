@@ -187,10 +187,13 @@ def main() -> int:
     end = time.monotonic() + options.seconds
     stale = [each for each in MEASUREMENTS if not is_fresh(each)
              and (not options.only or each.name in options.only)]
+    if options.list:
+        for each in stale:
+            print(f"{each.name:20} {each.minutes:5.1f} min: {each.question}")
+        print(f"{sum(each.minutes for each in stale):.0f} min are planned for these, "
+              f"{sum(each.minutes for each in MEASUREMENTS):.0f} for all measurements")
+        return 0
     for each in stale:
-        if options.list:
-            print(f"{each.name:20} stale, {each.minutes} min: {each.question}")
-            continue
         if each.needs and each.needs not in os.environ:
             print(f"{each.name}: left out, because {each.needs} does not name a program")
             continue
