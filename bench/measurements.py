@@ -85,7 +85,7 @@ MEASUREMENTS = (
     Measurement("diagnosis", "How often does a diagnosis of one stem name the right effect?",
                 "{bench}/bench_decision judging {file}",
                 (*DIAGNOSIS, "bench/decision.cpp", "bench/decision_cases.cpp",
-                 "bench/decision_grade.cpp"), 70, of_decision),
+                 "bench/decision_grade.cpp"), 45, of_decision),
     Measurement("rig-effects", "How often is an effect of a rig found?",
                 "{launch} {bench}/bench_laboratories 0 20 {file}",
                 (*DIAGNOSIS, "src/farm", "bench/laboratories.cpp", "bench/laboratory_cases.hpp"),
