@@ -19,14 +19,16 @@ def texts_of(result: dict) -> list[str]:
     return [case["text"] for case in result["cases"] if "text" in case]
 
 
-def selected(result: dict, columns: dict[str, str], title: str = "",
+def selected(result: dict, columns: dict[str, str] | None = None, title: str = "",
              where: Callable[[dict], bool] = lambda row: True) -> str:
-    """A table of some columns: {name in the file: name on the page}."""
+    """A table of some columns: {name in the file: name on the page}; None: of all."""
     found = [row for row in rows_of(result, title) if where(row)]
+    if columns is None:
+        columns = {name: name for name in found[0] if name != "table"}
     return table(columns.values(), ([row.get(key, "") for key in columns] for row in found))
 
 
-def tables(name: str, file: str, columns: dict[str, str], title: str = "",
+def tables(name: str, file: str, columns: dict[str, str] | None = None, title: str = "",
            where: Callable[[dict], bool] = lambda row: True):
     """Registers a block that is a selection of one file, with its origin."""
     @block(name, file)
@@ -208,24 +210,17 @@ tables("trajectory-kills", "trajectory-kills", {
     "unreadable files": "unreadable files", "trajectories/s": "trajectories/s"})
 
 
-def all_columns(result: dict, title: str) -> str:
-    names = list(rows_of(result, title)[0])[1:]
-    return selected(result, {name: name for name in names}, title)
-
-
-@block("step-limits", "time-steps")
-def step_limits(result: dict) -> str:
-    return f"{all_columns(result, 'Limits')}\n\n{origin(result)}"
+tables("step-limits", "time-steps", title="Limits")
 
 
 @block("step-laws", "time-steps")
 def step_laws(result: dict) -> str:
-    return all_columns(result, "Laws")
+    return selected(result, title="Laws")
 
 
 @block("step-errors", "time-steps")
 def step_errors(result: dict) -> str:
-    return f"{all_columns(result, 'Errors')}\n\n{texts_of(result)[-1]}"
+    return f"{selected(result, title='Errors')}\n\n{texts_of(result)[-1]}"
 
 
 tables("windows", "windows", {

@@ -4,11 +4,9 @@ the chain, and stems of a population."""
 from __future__ import annotations
 
 from block import block, origin, table
-from published_blocks import all_columns, rows_of, texts_of
+from published_blocks import rows_of, selected, tables, texts_of
 
 AT_THE_NOISE = 1.1  # residual over noise at which a model counts as one that explains a recording
-HIDDEN = {"T1": "", "T2": "quadratic_drag", "T3": "clamp_compliance", "T4": "bending_nonlinearity",
-          "T5": "relaxation", "T6": "clamp_friction", "T7": "clamp_compliance,quadratic_drag"}
 
 
 @block("effects-found", "effect-matrix")
@@ -37,68 +35,58 @@ def residual_text(cell) -> str:
 
 @block("effect-matrix", "effect-matrix")
 def effect_matrix(result: dict) -> str:
-    rows = rows_of(result, "Matrix")
+    rows = [row | {"effect": row["effect"].replace(",", ", ")} for row in rows_of(result, "Matrix")]
+    recordings = [name for name in rows[0] if name not in ("table", "effect")]
     reached = []
-    for recording, hidden in list(HIDDEN.items())[1:]:
-        names = [row["effect"].replace(",", " with ") for row in rows
-                 if row["effect"] not in (hidden, "none")
-                 and reaches_noise(row[recording])]
+    for recording, hidden in {row["recording"]: row["effect"]
+                              for row in rows_of(result, "Found")}.items():
+        names = [row["effect"].replace(", ", " with ") for row in rows
+                 if row["effect"] not in (hidden, "none") and reaches_noise(row[recording])]
         if names:
             reached.append(f"{recording}: {', '.join(f'`{name}`' for name in names)}")
-    lines = table(("effect", *HIDDEN),
-                  ((row["effect"].replace(",", ", "), *(residual_text(row[name]) for name in HIDDEN))
+    lines = table(("effect", *recordings),
+                  ((row["effect"], *(residual_text(row[name]) for name in recordings))
                    for row in rows))
     return (f"{lines}\n\nBold: at most {AT_THE_NOISE} times the noise. Models other than the truth "
             f"that reach it: {'; '.join(reached)}.\n\n{origin(result)}")
 
 
-@block("strip", "real-recordings")
-def strip(result: dict) -> str:
-    return f"{all_columns(result, 'Strip')}\n\n{origin(result)}"
+tables("strip", "real-recordings", title="Strip")
 
 
 @block("beam", "real-recordings")
 def beam(result: dict) -> str:
     mass = next(text for text in texts_of(result) if text.startswith("Hidden mass"))
-    return f"{all_columns(result, 'Beam')}\n\n{mass}."
+    return f"{selected(result, title='Beam')}\n\n{mass}."
 
 
-@block("spheres", "spheres")
-def spheres(result: dict) -> str:
-    return f"{all_columns(result, '')}\n\n{origin(result)}"
+tables("spheres", "spheres")
 
 
 @block("single-modes", "population")
 def single_modes(result: dict) -> str:
     texts = [text for text in texts_of(result) if text.startswith(("Correlation", "Within"))]
-    return f"{all_columns(result, 'Eq. 1')}\n\n{' '.join(texts)}\n\n{origin(result)}"
+    return f"{selected(result, title='Eq. 1')}\n\n{' '.join(texts)}\n\n{origin(result)}"
 
 
 @block("population", "population")
 def population(result: dict) -> str:
     inadequate = next(text for text in texts_of(result) if text.startswith("Inadequate"))
-    return f"{all_columns(result, 'Chain')}\n\n{inadequate}\n\n{origin(result)}"
+    return f"{selected(result, title='Chain')}\n\n{inadequate}\n\n{origin(result)}"
 
 
-@block("spreads", "spreads")
-def spreads(result: dict) -> str:
-    return f"{all_columns(result, '')}\n\n{origin(result)}"
+tables("spreads", "spreads")
 
 
 @block("linear-chain", "closing-tests")
 def linear_chain(result: dict) -> str:
-    return all_columns(result, "Lines")
+    return selected(result, title="Lines")
 
 
-@block("closing-tests", "closing-tests")
-def closing_tests(result: dict) -> str:
-    return f"{all_columns(result, 'Closing tests')}\n\n{origin(result)}"
+tables("closing-tests", "closing-tests", title="Closing tests")
 
 
-EARLIER = "earlier/real-recordings"
-
-
-@block("earlier-recordings", EARLIER)
+@block("earlier-recordings", "earlier/real-recordings")
 def earlier_recordings(result: dict) -> str:
     return "\n".join(f"* {case['text'][0].upper()}{case['text'][1:]} (commit {case['commit']})."
                      for case in result["cases"])
